@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+/// @file
+/// Counter-based random numbers: the n-th number of a stream is a pure function of (seed, stream, n), so
+/// results do not depend on the number of threads, shards or the order of work.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+
+#include "trammel/core/config.hpp"
+
+namespace trammel::inline TRAMMEL_ABI {
+
+/// Philox 4x32 with ten rounds (Salmon, Moraes, Dror, Shaw 2011, "Parallel random numbers: as easy as
+/// 1, 2, 3", section 4.3): four 32-bit words from a 128-bit counter and a 64-bit key.
+[[nodiscard]] constexpr std::array<std::uint32_t, 4> philox4x32(std::array<std::uint32_t, 4> counter,
+                                                                std::array<std::uint32_t, 2> key) noexcept {
+  constexpr int kRounds = 10;
+  constexpr std::uint64_t kMultiplier0 = 0xD2511F53U;
+  constexpr std::uint64_t kMultiplier1 = 0xCD9E8D57U;
+  constexpr std::uint32_t kWeyl0 = 0x9E3779B9U;  // golden ratio
+  constexpr std::uint32_t kWeyl1 = 0xBB67AE85U;  // sqrt(3) - 1
+  for (int round = 0; round < kRounds; ++round) {
+    const std::uint64_t product0 = kMultiplier0 * counter[0];
+    const std::uint64_t product1 = kMultiplier1 * counter[2];
+    counter = {static_cast<std::uint32_t>(product1 >> 32U) ^ counter[1] ^ key[0],
+               static_cast<std::uint32_t>(product1),
+               static_cast<std::uint32_t>(product0 >> 32U) ^ counter[3] ^ key[1],
+               static_cast<std::uint32_t>(product0)};
+    key[0] += kWeyl0;
+    key[1] += kWeyl1;
+  }
+  return counter;
+}
+
+/// A stream of random numbers. Two streams with different (seed, stream) are independent.
+/// Meets UniformRandomBitGenerator, so the standard distributions accept it; `uniform` and `normal` below
+/// give the same numbers with every standard library.
+class RandomStream {
+ public:
+  using result_type = std::uint64_t;
+
+  explicit constexpr RandomStream(std::uint64_t seed, std::uint64_t stream = 0) noexcept
+      : seed_(seed), stream_(stream) {}
+
+  [[nodiscard]] static constexpr result_type min() noexcept { return 0; }
+  [[nodiscard]] static constexpr result_type max() noexcept { return ~result_type{0}; }
+
+  /// Next 64 random bits.
+  constexpr result_type operator()() noexcept {
+    if (!half_used_) {
+      block_ = philox4x32({static_cast<std::uint32_t>(counter_), static_cast<std::uint32_t>(counter_ >> 32U),
+                           static_cast<std::uint32_t>(stream_), static_cast<std::uint32_t>(stream_ >> 32U)},
+                          {static_cast<std::uint32_t>(seed_), static_cast<std::uint32_t>(seed_ >> 32U)});
+      ++counter_;
+    }
+    const std::size_t first = half_used_ ? 2 : 0;
+    half_used_ = !half_used_;
+    return (static_cast<std::uint64_t>(block_[first]) << 32U) | block_[first + 1];
+  }
+
+  /// Uniform on [0, 1), 53 random bits.
+  constexpr double uniform() noexcept { return static_cast<double>((*this)() >> 11U) * 0x1p-53; }
+
+  /// Standard normal (Box-Muller, both values used).
+  double normal() noexcept {
+    if (has_spare_) {
+      has_spare_ = false;
+      return spare_;
+    }
+    const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform()));
+    const double angle = 2.0 * std::numbers::pi * uniform();
+    spare_ = radius * std::sin(angle);
+    has_spare_ = true;
+    return radius * std::cos(angle);
+  }
+
+ private:
+  std::uint64_t seed_;
+  std::uint64_t stream_;
+  std::uint64_t counter_ = 0;
+  std::array<std::uint32_t, 4> block_{};
+  bool half_used_ = false;
+  bool has_spare_ = false;
+  double spare_ = 0.0;
+};
+
+}  // namespace trammel::inline TRAMMEL_ABI

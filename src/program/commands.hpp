@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+/// @file
+/// The sub-commands of the program; each adds itself to the parser and runs in its callback.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include <CLI/App.hpp>
+
+namespace trammel::program {
+
+/// Exit codes of the program, also in `trammel --help`.
+enum ExitCode : int {
+  kSolved = 0,
+  kBadInput = 2,
+  kUnbounded = 3,
+  kNotConverged = 4,
+};
+
+/// What a sub-command leaves to be run after parsing; returns an exit code.
+using Action = std::function<int()>;
+
+/// Adds a sub-command to `app`; sets `action` when it is chosen. One function per file command_*.cpp.
+using AddCommand = void (*)(CLI::App& app, Action& action);
+
+/// All sub-commands in the order of `trammel --help`.
+inline const std::vector<AddCommand> kCommands{};
+
+}  // namespace trammel::program
