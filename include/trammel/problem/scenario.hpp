@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+/// @file
+/// A scenario: everything a user says about a flight, its bounds and its measurements, as plain data.
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "trammel/core/config.hpp"
+
+namespace trammel::inline TRAMMEL_ABI {
+
+/// What a station measures, in the order of its components.
+enum class SensorKind {
+  kDirectionCosinesRange,  ///< x/|x|, y/|x|, |x|
+  kAzimuthElevationRange,  ///< azimuth from +y clockwise to +x (rad), elevation above x-y (rad), range (m)
+  kRange,                  ///< |x| (m)
+  kDirectionCosines,       ///< x/|x|, y/|x|
+  kAzimuthElevation,       ///< (rad, rad)
+  kRangeRate,              ///< d|x|/dt (m/s)
+  kPosition,               ///< x, y, z (m)
+};
+
+/// A measuring station.
+struct Station {
+  std::string name;
+  SensorKind kind = SensorKind::kRange;
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::MatrixXd covariance;   ///< components x components, symmetric positive definite
+  std::vector<double> times_s;  ///< planned measurement times (used when there are no observations)
+};
+
+/// One measurement of one station.
+struct Measurement {
+  double t_s = 0.0;
+  std::size_t station = 0;                    ///< index into Scenario::stations
+  Eigen::VectorXd value;                      ///< components in the order of the station's kind
+  std::optional<Eigen::MatrixXd> covariance;  ///< instead of the station's
+};
+
+/// The reference path: a straight line from the first knot, or samples joined smoothly.
+struct NominalPath {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
+  std::vector<double> sample_times_s;  ///< strictly increasing; empty: the straight line
+  std::vector<Eigen::Vector3d> sample_positions_m;
+};
+
+/// Semi-axes of the ellipsoids that confine the deviation from the reference: 0 removes a parameter
+/// exactly, infinity leaves it unbounded.
+struct MotionBounds {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
+  std::vector<Eigen::Vector3d> acceleration_mps2;  ///< one per segment
+};
+
+/// What the mean-square error is averaged over.
+enum class CriterionKind { kIntegral, kTimes, kWindow, kFinal };
+
+struct Criterion {
+  CriterionKind kind = CriterionKind::kIntegral;
+  std::vector<double> times_s;                         ///< kTimes: mean over these times
+  Eigen::Vector2d window_s = Eigen::Vector2d::Zero();  ///< kWindow: integral mean over [begin, end]
+};
+
+/// Everything together. Times in seconds, lengths in metres, angles in radians, one Cartesian frame.
+struct Scenario {
+  std::string title;
+  std::vector<double> knots_s;  ///< strictly increasing, at least two
+  NominalPath nominal;
+  MotionBounds bounds;
+  Criterion criterion;
+  std::vector<Station> stations;
+  std::vector<Measurement> observations;  ///< empty: design quantities only
+
+  [[nodiscard]] std::size_t segments() const { return knots_s.size() - 1; }
+};
+
+}  // namespace trammel::inline TRAMMEL_ABI
