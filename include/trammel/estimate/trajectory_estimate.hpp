@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+/// @file
+/// From a scenario to the guaranteed trajectory: settings, result and entry point.
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "trammel/core/config.hpp"
+#include "trammel/core/progress.hpp"
+#include "trammel/minimax/solution.hpp"
+#include "trammel/problem/scenario.hpp"
+
+namespace trammel::inline TRAMMEL_ABI::estimate {
+
+/// Which solver to use for the guaranteed problem.
+enum class RequestedMethod { kStructured, kSemidefinite, kConditionalGradient };
+
+/// Settings of `estimate_trajectory` and `design_trajectory`.
+struct EstimateSettings {
+  RequestedMethod method = RequestedMethod::kStructured;
+  minimax::SolverSettings solver;
+  double output_step_s =
+      0.0;  ///< spacing of the dense output grid; 0: chosen from the knots (about 200 rows)
+};
+
+/// A path on a time grid.
+struct PathTable {
+  std::vector<double> times_s;
+  Eigen::MatrixXd position_m;    ///< n x 3
+  Eigen::MatrixXd velocity_mps;  ///< n x 3
+};
+
+/// Normalised residual of one measurement (observed minus computed at the estimate, in the station's units).
+struct Residual {
+  double t_s = 0.0;
+  std::size_t station = 0;
+  Eigen::VectorXd value;     ///< components of the station's kind; azimuth wrapped to (-pi, pi]
+  Eigen::VectorXd whitened;  ///< L^-1 value, L the lower Cholesky factor of the covariance
+};
+
+/// What the linearisation about the reference costs.
+struct Linearisation {
+  /// Largest second-order remainder |h(x_hat) - h(x_ref) - H (x_hat - x_ref)| over all components, each over
+  /// its sigma. Well below 1: the linear model holds along the estimate.
+  double ratio = std::numeric_limits<double>::quiet_NaN();
+  int iterations = 0;      ///< relinearisations made
+  bool converged = false;  ///< false where no relinearisation was asked for
+};
+
+/// Quantities that need measured values.
+struct ObservationResult {
+  double chi2 = std::numeric_limits<double>::quiet_NaN();  ///< sum of squares of whitened residuals
+  Eigen::VectorXd theta;  ///< deviation from the reference: position, velocity at the first knot, then
+                          ///< acceleration per segment (all 3 (r + 2), zeros where removed), SI
+  Eigen::MatrixXd knot_position_m;             ///< (r + 1) x 3
+  Eigen::MatrixXd knot_velocity_mps;           ///< (r + 1) x 3
+  PathTable path;                              ///< the guaranteed estimate on the dense grid
+  std::optional<PathTable> gauss_markov_path;  ///< absent when the information matrix is singular
+  std::vector<Residual> residuals;
+  Linearisation linearisation;
+};
+
+/// Everything the program writes and the report draws. rms values are NaN where not computed, infinity where
+/// proved unbounded.
+struct TrajectoryEstimate {
+  minimax::Solution solution;
+  Eigen::Index parameters = 0;   ///< p after removal of zero bounds
+  std::size_t observations = 0;  ///< measurements used (planned or made), each counted once
+  double guaranteed_rms_m = std::numeric_limits<double>::quiet_NaN();   ///< sqrt(solution.upper)
+  double lower_bound_rms_m = std::numeric_limits<double>::quiet_NaN();  ///< sqrt(solution.lower)
+  double gauss_markov_rms_m = std::numeric_limits<double>::quiet_NaN();
+  double prior_rms_m = std::numeric_limits<double>::quiet_NaN();  ///< the same problem without measurements
+  Eigen::VectorXd lambda_m2;  ///< position, velocity, segments in order; 0 where a bound removed everything
+  PathTable nominal;          ///< reference on the dense grid
+  std::vector<double> guaranteed_rms_at_m;  ///< certified rms bound of the same estimator per grid time
+  /// Deviation of the worst-case motion from the reference, on the dense grid: the leading direction of the
+  /// least favourable prior, scaled to touch the bounds.
+  PathTable worst_case_motion;
+  /// Where status is unbounded: words for the directions, "velocity y", "acceleration of segment 3 z".
+  std::vector<std::string> unbounded_directions;
+  std::optional<ObservationResult> observed;
+};
+
+/// Solves the guaranteed problem of a scenario and, where it has observations, evaluates the estimate.
+/// Throws Error for a scenario that breaks its own rules.
+[[nodiscard]] TrajectoryEstimate estimate_trajectory(const Scenario& scenario,
+                                                     const EstimateSettings& settings = {},
+                                                     const ProgressObserver& observe = {});
+
+}  // namespace trammel::inline TRAMMEL_ABI::estimate

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+/// @file
+/// LU factorisation of dense square matrices.
+#pragma once
+
+#include <Eigen/LU>
+
+#include "trammel/core/config.hpp"
+
+namespace trammel::inline TRAMMEL_ABI::linalg {
+
+/// P A = L U with row pivoting, A invertible.
+using Lu = Eigen::PartialPivLU<Eigen::MatrixXd>;
+
+}  // namespace trammel::inline TRAMMEL_ABI::linalg
+
+#ifdef TRAMMEL_COMPILED
+extern template class Eigen::PartialPivLU<Eigen::MatrixXd>;
+#endif

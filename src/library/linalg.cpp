@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "trammel/linalg/cholesky.hpp"
+#include "trammel/linalg/lu.hpp"
+#include "trammel/linalg/qr.hpp"
+#include "trammel/linalg/svd.hpp"
+#include "trammel/linalg/symmetric_eigen.hpp"
+
+template class Eigen::LLT<Eigen::MatrixXd>;
+template class Eigen::LDLT<Eigen::MatrixXd>;
+template class Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>;
+template class Eigen::HouseholderQR<Eigen::MatrixXd>;
+template class Eigen::ColPivHouseholderQR<Eigen::MatrixXd>;
+template class Eigen::PartialPivLU<Eigen::MatrixXd>;
+template class Eigen::JacobiSVD<Eigen::MatrixXd>;
