@@ -15,3 +15,7 @@ namespace trammel::inline TRAMMEL_ABI::minimax {
                              const ProgressObserver& observe = {});
 
 }  // namespace trammel::inline TRAMMEL_ABI::minimax
+
+#ifndef TRAMMEL_COMPILED
+#include "trammel/minimax/solve_impl.hpp"
+#endif

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+/// @file
+/// Definitions of prior_state.hpp.
+#pragma once
+
+#include "trammel/minimax/prior_state.hpp"
+
+namespace trammel::inline TRAMMEL_ABI::minimax {
+
+TRAMMEL_INLINE void squared_norms(const Eigen::MatrixXd& rows, const std::vector<Eigen::Index>& first_row,
+                                  Eigen::VectorXd& out) {
+  for (Eigen::Index l = 0; l < out.size(); ++l) {
+    const auto i = static_cast<std::size_t>(l);
+    out[l] = rows.middleRows(first_row[i], first_row[i + 1] - first_row[i]).squaredNorm();
+  }
+}
+
+TRAMMEL_INLINE PriorState::PriorState(const ReducedProblem& problem)
+    : factor(problem.size(), problem.size()),
+      gradient(problem.size(), problem.size()),
+      curvature(problem.size(), problem.size()),
+      bounds(problem.bounds.rows(), problem.size()),
+      use(static_cast<Eigen::Index>(problem.ellipsoids())),
+      design_(problem.information.rows(), problem.size()),
+      stacked_(problem.information.rows() + problem.size(), problem.size()),
+      triangle_(problem.size(), problem.size()),
+      inverse_(problem.size(), problem.size()),
+      criterion_(problem.criterion.rows(), problem.size()),
+      damped_(problem.criterion.rows(), problem.size()),
+      estimate_(problem.criterion.rows(), problem.information.rows()),
+      qr_(problem.information.rows() + problem.size(), problem.size()) {}
+
+TRAMMEL_INLINE void PriorState::update(const ReducedProblem& problem) {
+  const Eigen::Index q = problem.size();
+  design_.noalias() = problem.information * factor;
+  stacked_.topRows(design_.rows()) = design_;
+  stacked_.bottomRows(q).setIdentity();
+  qr_.compute(stacked_);
+  inverse_.setIdentity();
+  triangle_ = qr_.matrixQR().topRows(q);
+  triangle_.triangularView<Eigen::Upper>().solveInPlace(inverse_);
+
+  criterion_.noalias() = problem.criterion * factor;
+  damped_.noalias() = criterion_ * inverse_.triangularView<Eigen::Upper>();
+  criterion_.swap(damped_);
+  damped_.noalias() = criterion_ * inverse_.triangularView<Eigen::Upper>().transpose();
+
+  gradient.setZero();
+  gradient.selfadjointView<Eigen::Lower>().rankUpdate(damped_.transpose());
+  gradient.triangularView<Eigen::StrictlyUpper>() = gradient.transpose();
+  curvature.setIdentity();
+  curvature.selfadjointView<Eigen::Lower>().rankUpdate(inverse_, -1.0);
+  curvature.triangularView<Eigen::StrictlyUpper>() = curvature.transpose();
+
+  bounds.noalias() = problem.bounds * factor;
+  squared_norms(bounds, problem.first_row, use);
+  value = criterion_.squaredNorm();
+  estimate_.noalias() = damped_ * design_.transpose();
+  noise = estimate_.squaredNorm();
+}
+
+TRAMMEL_INLINE Eigen::MatrixXd PriorState::gain() const {
+  const Eigen::MatrixXd half = factor * inverse_.triangularView<Eigen::Upper>();
+  return half * half.transpose();
+}
+
+}  // namespace trammel::inline TRAMMEL_ABI::minimax
