@@ -47,10 +47,17 @@ class InteriorPoint {
  public:
   InteriorPoint(const ReducedProblem& problem, const SolverSettings& settings);
 
+  /// From a point well inside the bounds.
   [[nodiscard]] ReducedSolution run(const ProgressObserver& observe);
+
+  /// From a nearly optimal V = L L' and its multipliers.
+  [[nodiscard]] ReducedSolution polish(const Eigen::MatrixXd& prior_factor,
+                                       const Eigen::VectorXd& multipliers, const ProgressObserver& observe);
 
  private:
   void start();
+  void start_near(const Eigen::MatrixXd& prior_factor, const Eigen::VectorXd& multipliers);
+  [[nodiscard]] ReducedSolution follow_path(const ProgressObserver& observe);
   void newton_step();
   [[nodiscard]] bool reject_prediction();
   void predict();
@@ -79,9 +86,10 @@ class InteriorPoint {
   bool predicted_ = false;  // the last step was a prediction that newton_step() has not judged yet
   bool stuck_ = false;
   int final_steps_ = 0;
-  Eigen::VectorXd slack_, saved_slack_, candidate_slack_, multipliers_, weight_;
+  Eigen::VectorXd slack_, saved_slack_, candidate_slack_, saved_dt_, multipliers_, weight_;
   Eigen::VectorXd y_centre_, y_tangent_, dt_centre_, dt_tangent_, row_weight_;
-  Eigen::MatrixXd residual_, centre_, tangent_, step_, triangle_, weighted_, bound_sum_, saved_factor_, upper_factor_;
+  Eigen::MatrixXd residual_, centre_, tangent_, saved_centre_, triangle_, weighted_, bound_sum_,
+      saved_factor_, upper_factor_;
   ReducedSolution best_;
 };
 

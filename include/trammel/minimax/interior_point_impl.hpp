@@ -16,12 +16,12 @@ TRAMMEL_INLINE InteriorPoint::InteriorPoint(const ReducedProblem& problem, const
     : problem_(problem), settings_(settings), state_(problem), candidate_(problem), system_(problem) {
   const Eigen::Index q = problem.size();
   const auto s = static_cast<Eigen::Index>(problem.ellipsoids());
-  for (Eigen::VectorXd* vector : {&slack_, &saved_slack_, &candidate_slack_, &multipliers_, &weight_, &y_centre_,
-                                  &y_tangent_, &dt_centre_, &dt_tangent_}) {
+  for (Eigen::VectorXd* vector : {&slack_, &saved_slack_, &candidate_slack_, &saved_dt_, &multipliers_,
+                                  &weight_, &y_centre_, &y_tangent_, &dt_centre_, &dt_tangent_}) {
     vector->setZero(s);
   }
-  for (Eigen::MatrixXd* matrix : {&residual_, &centre_, &tangent_, &step_, &triangle_, &bound_sum_, &saved_factor_,
-                                  &upper_factor_, &best_.prior_factor}) {
+  for (Eigen::MatrixXd* matrix : {&residual_, &centre_, &tangent_, &saved_centre_, &triangle_, &bound_sum_,
+                                  &saved_factor_, &upper_factor_, &best_.prior_factor}) {
     matrix->setZero(q, q);
   }
   row_weight_.setZero(problem.bounds.rows());
@@ -31,6 +31,17 @@ TRAMMEL_INLINE InteriorPoint::InteriorPoint(const ReducedProblem& problem, const
 
 TRAMMEL_INLINE ReducedSolution InteriorPoint::run(const ProgressObserver& observe) {
   start();
+  return follow_path(observe);
+}
+
+TRAMMEL_INLINE ReducedSolution InteriorPoint::polish(const Eigen::MatrixXd& prior_factor,
+                                                     const Eigen::VectorXd& multipliers,
+                                                     const ProgressObserver& observe) {
+  start_near(prior_factor, multipliers);
+  return follow_path(observe);
+}
+
+TRAMMEL_INLINE ReducedSolution InteriorPoint::follow_path(const ProgressObserver& observe) {
   while (true) {
     newton_step();
     if (predicted_ && reject_prediction()) {
@@ -48,7 +59,8 @@ TRAMMEL_INLINE ReducedSolution InteriorPoint::run(const ProgressObserver& observ
       break;
     }
     if (observe) {
-      observe({"solving", std::clamp(std::log(first_mu_ / mu_) / std::log(first_mu_ / target_mu()), 0.0, 1.0)});
+      observe(
+          {"solving", std::clamp(std::log(first_mu_ / mu_) / std::log(first_mu_ / target_mu()), 0.0, 1.0)});
     }
     constexpr double kCentred = 1.0;  // decrement below which the tangent is a good direction
     if (decrement_ < kCentred && mu_ > target_mu()) {
@@ -75,10 +87,27 @@ TRAMMEL_INLINE void InteriorPoint::start() {
   first_mu_ = mu_;
 }
 
+TRAMMEL_INLINE void InteriorPoint::start_near(const Eigen::MatrixXd& prior_factor,
+                                              const Eigen::VectorXd& multipliers) {
+  state_.factor = prior_factor;
+  state_.update(problem_);
+  mu_ = target_mu();
+  first_mu_ = mu_;
+  // Every slack gets at least half of what its multiplier asks for, by a little less of V as a whole.
+  double excess = 0.0;
+  for (Eigen::Index l = 0; l < slack_.size(); ++l) {
+    const double least = std::min(0.5, 0.5 * mu_ / multipliers[l]);
+    excess = std::max(excess, state_.use[l] - (1.0 - least));
+  }
+  if (excess > 0.0) {
+    state_.factor *= std::sqrt(std::max(0.5, 1.0 - excess));
+    state_.update(problem_);
+  }
+  slack_ = 1.0 - state_.use.array();
+}
+
 TRAMMEL_INLINE double InteriorPoint::target_mu() const {
-  // The gap at a centred point is mu (q + s); a fifth of what is allowed leaves room for the inflation.
-  constexpr double kShare = 0.2;
-  return kShare * settings_.relative_gap * (state_.value + problem_.free_error) /
+  return kGapShare * settings_.relative_gap * (state_.value + problem_.free_error) /
          static_cast<double>(problem_.size() + slack_.size());
 }
 
@@ -104,9 +133,9 @@ TRAMMEL_INLINE void InteriorPoint::newton_step() {
   // The residual left must stay well below mu for H(lambda) - Sigma to be positive at the end.
   constexpr NewtonSystem::Tolerance kRelative{1e-3, 0.0};
   constexpr double kShareOfMu = 0.03;
-  decrement_ =
-      std::sqrt(std::max(system_.solve(residual_, {kRelative.relative, kShareOfMu * mu_}, centre_, y_centre_), 0.0) /
-                mu_);
+  decrement_ = std::sqrt(
+      std::max(system_.solve(residual_, {kRelative.relative, kShareOfMu * mu_}, centre_, y_centre_), 0.0) /
+      mu_);
   dt_centre_ = -y_centre_.cwiseQuotient(weight_);
 }
 
@@ -119,7 +148,8 @@ TRAMMEL_INLINE bool InteriorPoint::reject_prediction() {
   if (decrement_ > kTooFar && used_shrink_ < kLongEnough) {
     used_shrink_ = std::min(kLongEnough, std::sqrt(used_shrink_));
     wanted_shrink_ = std::max(wanted_shrink_, used_shrink_);
-    centre_ = step_;  // the saved direction towards the old centre
+    centre_ = saved_centre_;
+    dt_centre_ = saved_dt_;
     apply_prediction(used_shrink_);
     return true;
   }
@@ -175,7 +205,8 @@ TRAMMEL_INLINE void InteriorPoint::predict() {
   saved_factor_ = state_.factor;
   saved_slack_ = slack_;
   saved_mu_ = mu_;
-  step_ = centre_;
+  saved_centre_ = centre_;
+  saved_dt_ = dt_centre_;
   apply_prediction(shrink);
 }
 
@@ -265,7 +296,8 @@ TRAMMEL_INLINE void InteriorPoint::keep_upper(double inflation) {
 /// True when the interval is as narrow as asked for.
 TRAMMEL_INLINE bool InteriorPoint::certify() {
   const double total = multipliers_.sum();
-  const double wanted = (best_.lower + problem_.free_error) / (1.0 - settings_.relative_gap) - problem_.free_error;
+  const double wanted =
+      (best_.lower + problem_.free_error) / (1.0 - settings_.relative_gap) - problem_.free_error;
   const double allowed = (wanted - state_.noise - total) / total;
   if (!(allowed >= 0.0)) {
     return false;

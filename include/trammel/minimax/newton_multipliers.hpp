@@ -27,13 +27,16 @@ namespace trammel::inline TRAMMEL_ABI::minimax {
 /// definite, as it is on well observed flights.
 ///
 /// With R' H R = U diag(b^2) U' and rows e = a R U:
-///   <H_l, V> = sum e_l^2 / b - <H_l, J^-1>,   Hessian_lm = sum_ij (e_l'e_l)_ij (e_m'e_m)_ij / (b_i b_j (b_i + b_j)).
+///   <H_l, V> = sum e_l^2 / b - <H_l, J^-1>,   Hessian_lm = sum_ij (e_l'e_l)_ij (e_m'e_m)_ij / (b_i b_j (b_i
+///   + b_j)).
 ///
 /// Method: primal-dual predictor-corrector in (lambda, t), t_l = 1 - <H_l, V>.
-/// Guarantee: the result is checked like any other (feasible V, inequality by Cholesky factorisation); where
-/// V is not positive definite the status is kNumericalTrouble and the interior point has to be used.
-/// Cost: 12 to 25 iterations of one eigendecomposition and s^2 p^2 / 2 operations; memory O(p^2).
-[[nodiscard]] ReducedSolution solve_in_multipliers(const ReducedProblem& problem, const SolverSettings& settings,
+/// Guarantee: none by itself; the result (V and lambda only) is a start for InteriorPoint, which needs one to
+/// four steps from there to a certified interval. Where V is not positive definite the status is
+/// kNumericalTrouble, and the interior point has to start afresh.
+/// Cost: 8 to 15 iterations of one eigendecomposition and s^2 p^2 / 2 operations; memory O(p^2).
+[[nodiscard]] ReducedSolution solve_in_multipliers(const ReducedProblem& problem,
+                                                   const SolverSettings& settings,
                                                    const ProgressObserver& observe);
 
 }  // namespace trammel::inline TRAMMEL_ABI::minimax

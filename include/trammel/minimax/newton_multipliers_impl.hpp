@@ -40,7 +40,8 @@ class MultiplierNewton {
     information_use_.resize(slack_size());
     squared_norms(prior_rows, problem.first_row, information_use_);
     use_.resize(slack_size());
-    for (Eigen::VectorXd* v : {&lambda_, &slack_, &gradient_, &d_lambda_, &d_slack_, &d_lambda_2_, &d_slack_2_}) {
+    for (Eigen::VectorXd* v :
+         {&lambda_, &slack_, &gradient_, &d_lambda_, &d_slack_, &d_lambda_2_, &d_slack_2_}) {
       v->setZero(slack_size());
     }
     root_.resize(p);
@@ -53,6 +54,7 @@ class MultiplierNewton {
     ReducedSolution result;
     const double start_gap = begin();
     double checked = 1.0;
+    int last_iterations = 0;
     while (result.iterations < settings.max_iterations) {
       ++result.iterations;
       evaluate();
@@ -61,26 +63,29 @@ class MultiplierNewton {
         return result;
       }
       const double relative = s_mu / value_;
+      // mu stops here; further iterations only make the slacks agree with <H_l, V>.
+      least_mu_ =
+          kGapShare * settings.relative_gap * value_ / static_cast<double>(problem_.size() + lambda_.size());
       constexpr double kCheckBelow = 1e-2;  // earlier V is not yet near its limit
       constexpr double kCheckEvery = 1e-2;
-      const bool last = relative < kLastGap * settings.relative_gap;
+      const bool last = s_mu < 2.0 * least_mu_ * static_cast<double>(lambda_.size());
       if ((relative < kCheckBelow && relative < kCheckEvery * checked) || last) {
         checked = relative;
         if (!prior_is_positive(relative)) {
           return result;
         }
       }
-      if (last && certify(settings, result)) {
-        result.status = SolveStatus::kOptimal;
-        return result;
-      }
-      constexpr double kHopeless = 1e-4;
-      if (relative < kHopeless * settings.relative_gap) {
+      constexpr double kAgreed = 0.05;
+      constexpr int kMostLast = 8;  // rounding errors of V leave no more to gain
+      last_iterations += last ? 1 : 0;
+      const double disagreement = lambda_.dot((gradient_ - slack_).cwiseAbs());
+      if (last && (disagreement < kAgreed * s_mu || last_iterations > kMostLast)) {
+        result.status = extract_prior(result) ? SolveStatus::kOptimal : SolveStatus::kNumericalTrouble;
         return result;
       }
       if (observe) {
         observe({"solving", std::clamp(std::log(start_gap / relative) /
-                                           std::log(start_gap / (kLastGap * settings.relative_gap)),
+                                           std::log(start_gap / (kGapShare * settings.relative_gap)),
                                        0.0, 1.0)});
       }
       step();
@@ -90,7 +95,7 @@ class MultiplierNewton {
   }
 
  private:
-  static constexpr double kLastGap = 0.3;  // of the gap asked for: the rest is for rounding and inflation
+  static constexpr double kClose = 1e-6;  // relative gap below which V must be positive definite as it is
 
   [[nodiscard]] Eigen::Index slack_size() const { return static_cast<Eigen::Index>(problem_.ellipsoids()); }
 
@@ -123,7 +128,9 @@ class MultiplierNewton {
   void step() {
     bound_gram(
         e_, problem_.first_row,
-        [this](Eigen::Index i, Eigen::Index j) { return 1.0 / (root_[i] * root_[j] * (root_[i] + root_[j])); },
+        [this](Eigen::Index i, Eigen::Index j) {
+          return 1.0 / (root_[i] * root_[j] * (root_[i] + root_[j]));
+        },
         storage_, hessian_);
     hessian_.diagonal() += slack_.cwiseQuotient(lambda_);
     factor_.compute(hessian_);
@@ -136,10 +143,10 @@ class MultiplierNewton {
     const double sigma = std::max(std::pow(std::max(mu_affine, 0.0) / mu, 3.0), kLeastSigma);
     d_lambda_2_ = d_lambda_;
     d_slack_2_ = d_slack_;
-    direction(sigma * mu, 1.0, d_lambda_, d_slack_);
+    direction(std::max(sigma * mu, least_mu_), 1.0, d_lambda_, d_slack_);
     constexpr double kToBoundary = 0.95;
-    const double length = std::min(1.0, kToBoundary * std::min(longest(lambda_, d_lambda_),
-                                                               longest(slack_, d_slack_)));
+    const double length =
+        std::min(1.0, kToBoundary * std::min(longest(lambda_, d_lambda_), longest(slack_, d_slack_)));
     lambda_ += length * d_lambda_;
     slack_ += length * d_slack_;
   }
@@ -168,41 +175,24 @@ class MultiplierNewton {
     work_ *= root_.cwiseSqrt().cwiseInverse().asDiagonal();
     prior_.setZero(work_.rows(), work_.rows());
     prior_.selfadjointView<Eigen::Lower>().rankUpdate(work_);
+    prior_.diagonal().array() -= 1.0;
     // Far from the end V may still lack what it gains later.
-    prior_.diagonal().array() -= 1.0 - std::sqrt(relative);
-    return linalg::Cholesky(prior_).info() == Eigen::Success;
+    const double slack = relative > kClose ? std::sqrt(relative) : 0.0;
+    work_ = prior_;
+    work_.diagonal().array() += slack;
+    return linalg::Cholesky(work_).info() == Eigen::Success;
   }
 
-  [[nodiscard]] bool certify(const SolverSettings& settings, ReducedSolution& result) {
-    prior_.diagonal().array() = 0.0;
-    work_.noalias() = whitened_ * eigen_.eigenvectors();
-    work_ *= root_.cwiseSqrt().cwiseInverse().asDiagonal();
-    prior_.setZero();
-    prior_.selfadjointView<Eigen::Lower>().rankUpdate(work_);
-    prior_.diagonal().array() -= 1.0;
-    const linalg::Cholesky cholesky(prior_);
-    if (cholesky.info() != Eigen::Success) {
+  /// V = L L' with the columns of L along the eigenvectors of F V F'. False where V is not positive definite.
+  [[nodiscard]] bool extract_prior(ReducedSolution& result) {
+    const linalg::SymmetricEigen spectrum(prior_);
+    if (!(spectrum.eigenvalues().minCoeff() > 0.0)) {
       return false;
     }
-    PriorState state(problem_);
-    state.factor.noalias() = inverse_ * Eigen::MatrixXd(cholesky.matrixL());
-    state.update(problem_);
-    Eigen::MatrixXd bound_sum = state.bounds.transpose() * row_weight_.asDiagonal() * state.bounds;
-    const double lower = state.value / std::max(1.0, state.use.maxCoeff());
-    const double upper = state.noise + lambda_.sum();
-    const double allowed = (lower / (1.0 - settings.relative_gap) - upper) / lambda_.sum();
-    for (const double inflation : {1e-4 * allowed, 1e-2 * allowed, allowed}) {
-      const Eigen::MatrixXd inequality = (1.0 + inflation) * bound_sum - state.gradient;
-      if (allowed > 0.0 && linalg::Cholesky(inequality).info() == Eigen::Success) {
-        result.lower = lower;
-        result.upper = state.noise + (1.0 + inflation) * lambda_.sum();
-        result.multipliers = (1.0 + inflation) * lambda_;
-        result.gain = state.gain();
-        result.prior_factor = state.factor / std::sqrt(std::max(1.0, state.use.maxCoeff()));
-        return true;
-      }
-    }
-    return false;
+    result.prior_factor = inverse_ * spectrum.eigenvectors();
+    result.prior_factor *= spectrum.eigenvalues().cwiseSqrt().asDiagonal();
+    result.multipliers = lambda_;
+    return true;
   }
 
   const ReducedProblem& problem_;
@@ -215,6 +205,7 @@ class MultiplierNewton {
   Eigen::VectorXd d_lambda_, d_slack_, d_lambda_2_, d_slack_2_;
   double gauss_markov_ = 0.0;
   double value_ = 0.0;
+  double least_mu_ = 0.0;
 };
 
 }  // namespace detail
@@ -222,7 +213,8 @@ class MultiplierNewton {
 TRAMMEL_INLINE std::optional<ReducedProblem> directly_observed(const GuaranteedProblem& problem) {
   require_well_formed(problem);
   const Eigen::Index p = problem.parameters();
-  if (problem.information_factor.rows() < p || problem.criterion_factor.rows() < p || problem.ellipsoids.empty()) {
+  if (problem.information_factor.rows() < p || problem.criterion_factor.rows() < p ||
+      problem.ellipsoids.empty()) {
     return std::nullopt;
   }
   ReducedProblem direct;
@@ -259,7 +251,8 @@ TRAMMEL_INLINE std::optional<ReducedProblem> directly_observed(const GuaranteedP
   return rows > 0 ? std::optional(std::move(direct)) : std::nullopt;
 }
 
-TRAMMEL_INLINE ReducedSolution solve_in_multipliers(const ReducedProblem& problem, const SolverSettings& settings,
+TRAMMEL_INLINE ReducedSolution solve_in_multipliers(const ReducedProblem& problem,
+                                                    const SolverSettings& settings,
                                                     const ProgressObserver& observe) {
   detail::MultiplierNewton newton(problem);
   return newton.run(settings, observe);

@@ -36,7 +36,8 @@ class NewtonSystem {
   explicit NewtonSystem(const ReducedProblem& problem);
 
   /// Prepares for one state. `weight` holds the w_l.
-  void set_up(const ReducedProblem& problem, const PriorState& state, double mu, const Eigen::VectorXd& weight);
+  void set_up(const ReducedProblem& problem, const PriorState& state, double mu,
+              const Eigen::VectorXd& weight);
 
   /// Largest error of the answer: |residual| in the preconditioner's norm relative to the start's, or its
   /// Frobenius norm in the coordinates V = I.
@@ -72,8 +73,8 @@ class NewtonSystem {
   double mu_ = 0.0;
   Eigen::Index range_ = 0;
   int steps_ = 0;
-  Eigen::MatrixXd T_, Q_, G_, N_, den_;              // basis, operator in it, its diagonal
-  Eigen::MatrixXd h_, weighted_h_, product_;         // bound rows in the basis
+  Eigen::MatrixXd T_, Q_, G_, N_, den_;       // basis, operator in it, its diagonal
+  Eigen::MatrixXd h_, weighted_h_, product_;  // bound rows in the basis
   Eigen::MatrixXd residual_, direction_, image_, z_, X_, work_, work2_;
   Eigen::MatrixXd gram_, chunk_, dense_;
   Eigen::VectorXd weight_, root_, row_weight_, y_direction_, y_z_, score_, packed_;

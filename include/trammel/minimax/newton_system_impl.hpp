@@ -33,8 +33,8 @@ TRAMMEL_INLINE NewtonSystem::NewtonSystem(const ReducedProblem& problem)
   const Eigen::Index q = problem.size();
   const auto s = static_cast<Eigen::Index>(problem.ellipsoids());
   const Eigen::Index rows = problem.bounds.rows();
-  for (Eigen::MatrixXd* matrix : {&T_, &Q_, &G_, &N_, &den_, &residual_, &direction_, &image_, &z_, &X_, &work_,
-                                  &work2_}) {
+  for (Eigen::MatrixXd* matrix :
+       {&T_, &Q_, &G_, &N_, &den_, &residual_, &direction_, &image_, &z_, &X_, &work_, &work2_}) {
     matrix->setZero(q, q);
   }
   for (Eigen::MatrixXd* matrix : {&h_, &weighted_h_, &product_}) {
@@ -84,9 +84,8 @@ TRAMMEL_INLINE void NewtonSystem::choose_basis(const PriorState& state, double m
     score_[i] = std::max(U.col(i).dot(work_.col(i)), 0.0) * std::max(U.col(i).dot(work2_.col(i)), 0.0);
     order_[i] = static_cast<int>(i);
   }
-  std::sort(order_.data(), order_.data() + order_.size(), [this](int a, int b) {
-    return score_[a] > score_[b] || (score_[a] == score_[b] && a < b);
-  });
+  std::sort(order_.data(), order_.data() + order_.size(),
+            [this](int a, int b) { return score_[a] > score_[b] || (score_[a] == score_[b] && a < b); });
   range_ = 0;
   while (range_ < score_.size() && 2.0 * score_[order_[range_]] > mu) {
     ++range_;
@@ -216,7 +215,8 @@ TRAMMEL_INLINE void NewtonSystem::set_up_woodbury() {
       gram_.col(l) = y_direction_;
     }
   } else {
-    bound_gram(h_, *first_row_, [this](Eigen::Index i, Eigen::Index j) { return 1.0 / den_(i, j); }, chunk_, gram_);
+    bound_gram(
+        h_, *first_row_, [this](Eigen::Index i, Eigen::Index j) { return 1.0 / den_(i, j); }, chunk_, gram_);
   }
   for (Eigen::Index j = 0; j < s; ++j) {
     for (Eigen::Index i = j; i < s; ++i) {

@@ -55,7 +55,8 @@ class PriorState {
 };
 
 /// sum of squares of the rows of each ellipsoid.
-void squared_norms(const Eigen::MatrixXd& rows, const std::vector<Eigen::Index>& first_row, Eigen::VectorXd& out);
+void squared_norms(const Eigen::MatrixXd& rows, const std::vector<Eigen::Index>& first_row,
+                   Eigen::VectorXd& out);
 
 }  // namespace trammel::inline TRAMMEL_ABI::minimax
 

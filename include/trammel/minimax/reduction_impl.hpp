@@ -29,7 +29,8 @@ inline RankedQr ranked_qr(const Eigen::MatrixXd& matrix) {
   const Eigen::VectorXd size = matrix.rowwise().norm();
   std::vector<Eigen::Index> order(static_cast<std::size_t>(matrix.rows()));
   std::iota(order.begin(), order.end(), Eigen::Index{0});
-  std::stable_sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) { return size[a] > size[b]; });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](Eigen::Index a, Eigen::Index b) { return size[a] > size[b]; });
   Eigen::MatrixXd sorted = Eigen::MatrixXd::Zero(rows, matrix.cols());
   for (std::size_t i = 0; i < order.size(); ++i) {
     sorted.row(static_cast<Eigen::Index>(i)) = matrix.row(order[i]);
@@ -109,7 +110,8 @@ TRAMMEL_INLINE ReducedProblem reduce(const GuaranteedProblem& problem) {
       reduced.first_row.push_back(rows);
     }
   }
-  const Eigen::Index design_rows = problem.information_factor.size() > 0 ? problem.information_factor.rows() : 0;
+  const Eigen::Index design_rows =
+      problem.information_factor.size() > 0 ? problem.information_factor.rows() : 0;
   Eigen::MatrixXd stack(design_rows + rows, p);
   if (design_rows > 0) {
     stack.topRows(design_rows) = problem.information_factor;

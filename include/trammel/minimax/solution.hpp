@@ -41,6 +41,10 @@ void visit_fields(Settings& settings, Visitor&& visit) {
         settings.max_iterations);
 }
 
+/// The barrier parameter stops where the gap (parameters + ellipsoids) * mu is this share of the gap asked
+/// for: the rest is room for the inflation of the multipliers.
+inline constexpr double kGapShare = 0.2;
+
 /// The algorithm that produced a solution.
 enum class Method {
   kNewtonMultipliers,  ///< Newton's method in the multipliers alone (applies to well observed motions)
@@ -65,13 +69,13 @@ enum class Method {
 
 /// Answer to a GuaranteedProblem. p parameters, s ellipsoids; all in the problem's own coordinates.
 ///
-/// | symbol | field         | shape | meaning |
-/// |--------|---------------|-------|--------------------------------------------------------------------------|
-/// | -      | upper         | -     | proved value of max over the bounds of the mean-square error of K | | -
-/// | lower         | -     | no linear estimator guarantees less (least favourable prior V)           | |
-/// lambda | multipliers   | s     | sum_l lambda_l H_l >= (KJ-I)' S (KJ-I); upper = tr S K J K' + sum lambda
-/// | | V      | prior_factor  | p x k | V = L L', <H_l, V> <= 1; lower = tr S (V^-1 + J)^-1 | | K      | gain
-/// | p x p | estimate theta = K F' y                                                  |
+/// | symbol | field        | shape | meaning                                                               |
+/// |--------|--------------|-------|-----------------------------------------------------------------------|
+/// | -      | upper        | -     | the mean-square error of K never exceeds it within the bounds         |
+/// | -      | lower        | -     | no linear estimator guarantees less                                   |
+/// | lambda | multipliers  | s     | H(lambda) >= (KJ-I)'S(KJ-I); upper = tr S K J K' + sum lambda         |
+/// | V      | prior_factor | p x k | V = L L', <H_l, V> <= 1: least favourable; lower = tr S (V^-1 + J)^-1 |
+/// | K      | gain         | p x p | estimate theta = K F' y                                               |
 struct Solution {
   SolveStatus status = SolveStatus::kNumericalTrouble;
   Claim claim = Claim::kNone;

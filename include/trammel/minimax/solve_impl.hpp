@@ -15,8 +15,8 @@ namespace trammel::inline TRAMMEL_ABI::minimax {
 namespace detail {
 
 /// From reduced coordinates back to theta.
-inline void restore(const GuaranteedProblem& problem, const ReducedProblem& reduced, const ReducedSolution& inner,
-                    Solution& solution) {
+inline void restore(const GuaranteedProblem& problem, const ReducedProblem& reduced,
+                    const ReducedSolution& inner, Solution& solution) {
   const Eigen::Index p = problem.parameters();
   solution.status = inner.status;
   solution.iterations += inner.iterations;
@@ -59,13 +59,18 @@ TRAMMEL_INLINE Solution solve(const GuaranteedProblem& problem, const SolverSett
     return solution;
   };
   if (const std::optional<ReducedProblem> direct = directly_observed(problem)) {
-    const ReducedSolution inner = solve_in_multipliers(*direct, settings, observe);
-    if (inner.status == SolveStatus::kOptimal) {
-      detail::restore(problem, *direct, inner, solution);
-      solution.method = Method::kNewtonMultipliers;
-      return finish();
+    const ReducedSolution near = solve_in_multipliers(*direct, settings, observe);
+    solution.iterations = near.iterations;
+    if (near.status == SolveStatus::kOptimal) {
+      const ReducedSolution inner =
+          InteriorPoint(*direct, settings).polish(near.prior_factor, near.multipliers, observe);
+      if (inner.status == SolveStatus::kOptimal) {
+        detail::restore(problem, *direct, inner, solution);
+        solution.method = Method::kNewtonMultipliers;
+        return finish();
+      }
+      solution.iterations += inner.iterations;
     }
-    solution.iterations = inner.iterations;
   }
   solution.method = Method::kInteriorPoint;
   const ReducedProblem reduced = reduce(problem);
