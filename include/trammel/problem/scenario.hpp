@@ -11,19 +11,9 @@
 #include <Eigen/Core>
 
 #include "trammel/core/config.hpp"
+#include "trammel/sensor/kind.hpp"
 
 namespace trammel::inline TRAMMEL_ABI {
-
-/// What a station measures, in the order of its components.
-enum class SensorKind {
-  kDirectionCosinesRange,  ///< x/|x|, y/|x|, |x|
-  kAzimuthElevationRange,  ///< azimuth from +y clockwise to +x (rad), elevation above x-y (rad), range (m)
-  kRange,                  ///< |x| (m)
-  kDirectionCosines,       ///< x/|x|, y/|x|
-  kAzimuthElevation,       ///< (rad, rad)
-  kRangeRate,              ///< d|x|/dt (m/s)
-  kPosition,               ///< x, y, z (m)
-};
 
 /// A measuring station.
 struct Station {

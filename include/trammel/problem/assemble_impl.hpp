@@ -1,0 +1,351 @@
+// SPDX-License-Identifier: Apache-2.0
+/// @file
+/// Definitions of assemble.hpp.
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "trammel/core/error.hpp"
+#include "trammel/linalg/banded_triangle.hpp"
+#include "trammel/linalg/qr.hpp"
+#include "trammel/problem/assemble.hpp"
+#include "trammel/problem/noise.hpp"
+#include "trammel/sensor/any_sensor.hpp"
+#include "trammel/trajectory/criterion_factor.hpp"
+#include "trammel/trajectory/motion_parameters.hpp"
+
+namespace trammel::inline TRAMMEL_ABI {
+
+namespace detail {
+
+inline void check_semi_axes(const Eigen::Vector3d& axes, const std::string& where) {
+  for (const double axis : axes) {
+    if (!(axis >= 0.0)) {
+      throw Error({where, std::to_string(axis), "a radius or semi-axes from 0 (removed) to inf (unbounded)"});
+    }
+  }
+}
+
+inline void check_criterion(const Scenario& scenario, const trajectory::SplineBasis& basis) {
+  const Criterion& criterion = scenario.criterion;
+  if (criterion.kind == CriterionKind::kTimes) {
+    require(!criterion.times_s.empty(), "criterion.times_s", "no times", "at least one time");
+    for (std::size_t k = 0; k < criterion.times_s.size(); ++k) {
+      if (!basis.covers(criterion.times_s[k])) {
+        basis.require_covers(criterion.times_s[k], "criterion.times_s[" + std::to_string(k) + "]");
+      }
+    }
+  }
+  if (criterion.kind == CriterionKind::kWindow) {
+    basis.require_covers(criterion.window_s(0), "criterion.window_s[0]");
+    basis.require_covers(criterion.window_s(1), "criterion.window_s[1]");
+    if (!(criterion.window_s(0) < criterion.window_s(1))) {
+      throw Error({"criterion.window_s",
+                   std::to_string(criterion.window_s(0)) + " to " + std::to_string(criterion.window_s(1)),
+                   "a begin before the end"});
+    }
+  }
+}
+
+/// Name of a station in messages.
+inline std::string station_label(const Scenario& scenario, std::size_t station) {
+  const std::string& name = scenario.stations[station].name;
+  return name.empty() ? "station " + std::to_string(station) : "station '" + name + "'";
+}
+
+inline void check_stations(const Scenario& scenario) {
+  for (std::size_t i = 0; i < scenario.stations.size(); ++i) {
+    const Station& station = scenario.stations[i];
+    const std::string label = station_label(scenario, i);
+    require(station.position_m.allFinite(), label + " position_m", "a value that is not finite",
+            "finite values");
+    (void)noise_factor(station.covariance, components(station.kind), label);
+  }
+}
+
+inline void check_measurement(const Scenario& scenario, const trajectory::SplineBasis& basis,
+                              const MeasurementSite& site) {
+  if (site.observation != nullptr) {
+    const Measurement& m = *site.observation;
+    if (m.station >= scenario.stations.size()) {
+      throw Error({"observation " + std::to_string(site.index), "station index " + std::to_string(m.station),
+                   "an index below the number of stations, " + std::to_string(scenario.stations.size())});
+    }
+    const Eigen::Index expected = components(scenario.stations[m.station].kind);
+    if (m.value.size() != expected) {
+      throw Error({describe(scenario, site), std::to_string(m.value.size()) + " components",
+                   std::to_string(expected) + " for the station's kind"});
+    }
+    if (!m.value.allFinite()) {
+      throw Error({describe(scenario, site), "a value that is not finite", "finite values"});
+    }
+  }
+  if (!basis.covers(site.t_s)) {
+    basis.require_covers(site.t_s, describe(scenario, site));
+  }
+}
+
+/// The criterion's factor of one axis in spline coefficients.
+inline Eigen::MatrixXd axis_criterion(const Scenario& scenario, const trajectory::SplineBasis& basis) {
+  const Criterion& criterion = scenario.criterion;
+  switch (criterion.kind) {
+    case CriterionKind::kTimes:
+      return trajectory::mean_factor(basis, criterion.times_s);
+    case CriterionKind::kWindow:
+      return trajectory::integral_factor(basis, criterion.window_s(0), criterion.window_s(1));
+    case CriterionKind::kFinal:
+      return trajectory::mean_factor(basis, {basis.end_s()});
+    case CriterionKind::kIntegral:
+      break;
+  }
+  return trajectory::integral_factor(basis, basis.begin_s(), basis.end_s());
+}
+
+/// factor (x) I_3: the same rows for each of the three axes.
+inline Eigen::MatrixXd for_three_axes(const Eigen::MatrixXd& factor) {
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(3 * factor.rows(), 3 * factor.cols());
+  for (Eigen::Index i = 0; i < factor.rows(); ++i) {
+    for (Eigen::Index j = 0; j < factor.cols(); ++j) {
+      result.block<3, 3>(3 * i, 3 * j).diagonal().setConstant(factor(i, j));
+    }
+  }
+  return result;
+}
+
+/// Replaces more rows than columns by a triangle with the same products; reduces `rhs` along.
+inline void compress(Eigen::MatrixXd& factor, Eigen::VectorXd& rhs, double& residual) {
+  const Eigen::Index p = factor.cols();
+  if (factor.rows() <= p) {
+    return;
+  }
+  const linalg::Qr qr(factor);
+  rhs.applyOnTheLeft(qr.householderQ().adjoint());
+  residual += rhs.tail(rhs.size() - p).squaredNorm();
+  rhs.conservativeResize(p);
+  factor = qr.matrixQR().topRows(p).triangularView<Eigen::Upper>();
+}
+
+/// The reference, or a deviation from it, as what measurements are linearised about.
+class LinearisationPath {
+ public:
+  LinearisationPath(const trajectory::NominalTrajectory& nominal,
+                    const trajectory::QuadraticSpline<double>* about)
+      : nominal_(nominal), about_(about) {}
+
+  [[nodiscard]] Eigen::Vector3d position(double t_s) const {
+    return about_ == nullptr ? nominal_.position(t_s)
+                             : Eigen::Vector3d(nominal_.position(t_s) + about_->position(t_s));
+  }
+  [[nodiscard]] Eigen::Vector3d velocity(double t_s) const {
+    return about_ == nullptr ? nominal_.velocity(t_s)
+                             : Eigen::Vector3d(nominal_.velocity(t_s) + about_->velocity(t_s));
+  }
+  /// J_position p + J_velocity v of the deviation linearised about.
+  [[nodiscard]] sensor::Padded offset(const sensor::Linearised& model, double t_s) const {
+    if (about_ == nullptr) {
+      return sensor::Padded::Zero();
+    }
+    return model.J_value_position * about_->position(t_s) + model.J_value_velocity * about_->velocity(t_s);
+  }
+
+ private:
+  const trajectory::NominalTrajectory& nominal_;
+  const trajectory::QuadraticSpline<double>* about_;
+};
+
+/// All measurements, whitened and linearised, reduced to a triangle in the spline coefficients.
+inline linalg::ReducedRows reduce_measurements(const Scenario& scenario, const trajectory::SplineBasis& basis,
+                                               const LinearisationPath& path) {
+  std::vector<Eigen::Matrix3d> noise;
+  for (std::size_t i = 0; i < scenario.stations.size(); ++i) {
+    const Station& station = scenario.stations[i];
+    noise.push_back(noise_factor(station.covariance, components(station.kind), station_label(scenario, i)));
+  }
+  linalg::BandedRows<9, 3> rows(basis.segments());
+  for_each_measurement(scenario, [&](const MeasurementSite& site) {
+    check_measurement(scenario, basis, site);
+    const Station& station = scenario.stations[site.station];
+    sensor::Linearised model;
+    try {
+      model = sensor::linearise(station.kind, path.position(site.t_s) - station.position_m,
+                                path.velocity(site.t_s));
+    } catch (const Error& error) {
+      throw Error({describe(scenario, site) + ", " + error.detail().where, error.detail().found,
+                   error.detail().expected});
+    }
+    Eigen::Matrix3d own;
+    const Eigen::Matrix3d* lower = &noise[site.station];
+    sensor::Padded deviation = sensor::Padded::Zero();
+    if (site.observation != nullptr) {
+      if (site.observation->covariance) {
+        own = noise_factor(*site.observation->covariance, components(station.kind), describe(scenario, site));
+        lower = &own;
+      }
+      deviation = sensor::difference(station.kind, sensor::padded(site.observation->value), model.value) +
+                  path.offset(model, site.t_s);
+    }
+    const auto whiten = lower->triangularView<Eigen::Lower>();
+    whiten.solveInPlace(model.J_value_position);
+    whiten.solveInPlace(model.J_value_velocity);
+    whiten.solveInPlace(deviation);
+    const trajectory::LocalBasis<double> local = basis.at(site.t_s);
+    for (Eigen::Index i = 0; i < components(station.kind); ++i) {
+      Eigen::Matrix<double, 1, 9> row;
+      for (Eigen::Index k = 0; k < 3; ++k) {
+        row.segment<3>(3 * k) =
+            local.value(k) * model.J_value_position.row(i) + local.rate(k) * model.J_value_velocity.row(i);
+      }
+      if (!row.allFinite()) {
+        throw Error(
+            {describe(scenario, site), "a derivative that is not finite", "a path away from the station"});
+      }
+      rows.add(local.first, row, deviation(i));
+    }
+  });
+  return rows.reduce();
+}
+
+/// Rows of the bounds that are neither zero nor infinite, and which bound they belong to.
+inline void add_ellipsoids(const MotionBounds& bounds, TrajectoryProblem& result) {
+  const MotionCoordinates& coordinates = result.coordinates;
+  const Eigen::MatrixXd motion = coordinates.kept_motion_rows();
+  const Eigen::Index count = coordinates.basis().coefficients();
+  std::size_t next = 0;
+  for (Eigen::Index l = 0; l < count; ++l) {
+    const Eigen::Vector3d& axes = semi_axes(bounds, l);
+    Eigen::MatrixXd rows(3, coordinates.parameters());
+    Eigen::Index used = 0;
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      if (axes(axis) == 0.0) {
+        continue;
+      }
+      const auto at = static_cast<Eigen::Index>(next++);
+      if (std::isfinite(axes(axis))) {
+        rows.row(used++) = motion.row(at) / axes(axis);
+      }
+    }
+    if (used == 0) {
+      result.ellipsoid_of_bound.push_back(TrajectoryProblem::kNoEllipsoid);
+      continue;
+    }
+    result.ellipsoid_of_bound.push_back(static_cast<Eigen::Index>(result.problem.ellipsoids.size()));
+    result.problem.ellipsoids.emplace_back(rows.topRows(used));
+  }
+}
+
+/// Columns of unit length: of the information together with the bounds, else of the criterion.
+inline Eigen::VectorXd column_scale(const GuaranteedProblem& problem) {
+  Eigen::VectorXd square = problem.information_factor.colwise().squaredNorm().transpose();
+  for (const Eigen::MatrixXd& rows : problem.ellipsoids) {
+    square += rows.colwise().squaredNorm().transpose();
+  }
+  const Eigen::VectorXd fallback = problem.criterion_factor.colwise().squaredNorm().transpose();
+  for (Eigen::Index j = 0; j < square.size(); ++j) {
+    const double size = square(j) > 0.0 ? square(j) : fallback(j);
+    square(j) = size > 0.0 ? 1.0 / std::sqrt(size) : 1.0;
+  }
+  return square;
+}
+
+}  // namespace detail
+
+TRAMMEL_INLINE void for_each_measurement(const Scenario& scenario,
+                                         const std::function<void(const MeasurementSite&)>& visit) {
+  if (!scenario.observations.empty()) {
+    for (std::size_t k = 0; k < scenario.observations.size(); ++k) {
+      const Measurement& m = scenario.observations[k];
+      visit({.station = m.station, .t_s = m.t_s, .index = k, .observation = &m});
+    }
+    return;
+  }
+  for (std::size_t i = 0; i < scenario.stations.size(); ++i) {
+    const std::vector<double>& times = scenario.stations[i].times_s;
+    for (std::size_t k = 0; k < times.size(); ++k) {
+      visit({.station = i, .t_s = times[k], .index = k, .observation = nullptr});
+    }
+  }
+}
+
+TRAMMEL_INLINE std::string describe(const Scenario& scenario, const MeasurementSite& site) {
+  return detail::station_label(scenario, site.station) + ", " +
+         (site.observation != nullptr ? "observation " : "planned measurement ") +
+         std::to_string(site.index) + " at " + std::to_string(site.t_s) + " s";
+}
+
+TRAMMEL_INLINE void check(const Scenario& scenario) {
+  const trajectory::SplineBasis basis(scenario.knots_s);
+  const std::size_t segments = scenario.segments();
+  if (scenario.bounds.acceleration_mps2.size() != segments) {
+    throw Error({"bounds.acceleration_mps2",
+                 std::to_string(scenario.bounds.acceleration_mps2.size()) + " entries",
+                 "one per segment, " + std::to_string(segments)});
+  }
+  detail::check_semi_axes(scenario.bounds.position_m, "bounds.position_m");
+  detail::check_semi_axes(scenario.bounds.velocity_mps, "bounds.velocity_mps");
+  for (std::size_t i = 0; i < segments; ++i) {
+    detail::check_semi_axes(scenario.bounds.acceleration_mps2[i],
+                            "bounds.acceleration_mps2[" + std::to_string(i) + "]");
+  }
+  detail::check_criterion(scenario, basis);
+  detail::check_stations(scenario);
+  for_each_measurement(
+      scenario, [&](const MeasurementSite& site) { detail::check_measurement(scenario, basis, site); });
+  (void)make_nominal(scenario);
+}
+
+TRAMMEL_INLINE trajectory::NominalTrajectory make_nominal(const Scenario& scenario) {
+  const NominalPath& path = scenario.nominal;
+  if (path.sample_times_s.empty() && path.sample_positions_m.empty()) {
+    return trajectory::NominalTrajectory::line(scenario.knots_s.front(), path.position_m, path.velocity_mps);
+  }
+  trajectory::NominalTrajectory nominal =
+      trajectory::NominalTrajectory::through(path.sample_times_s, path.sample_positions_m);
+  if (!nominal.covers(scenario.knots_s.front()) || !nominal.covers(scenario.knots_s.back())) {
+    throw Error(
+        {"nominal samples",
+         "times from " + std::to_string(nominal.begin_s()) + " to " + std::to_string(nominal.end_s()) + " s",
+         "samples that cover all knots, " + std::to_string(scenario.knots_s.front()) + " to " +
+             std::to_string(scenario.knots_s.back()) + " s"});
+  }
+  return nominal;
+}
+
+TRAMMEL_INLINE TrajectoryProblem assemble(const Scenario& scenario,
+                                          const trajectory::QuadraticSpline<double>* about) {
+  check(scenario);
+  const trajectory::SplineBasis basis(scenario.knots_s);
+  TrajectoryProblem result{.coordinates = MotionCoordinates(basis, scenario.bounds),
+                           .nominal = make_nominal(scenario),
+                           .problem = {},
+                           .information_rhs = {},
+                           .information_residual = 0.0,
+                           .ellipsoid_of_bound = {},
+                           .observations = 0};
+  for_each_measurement(scenario, [&](const MeasurementSite& /*site*/) { ++result.observations; });
+
+  linalg::ReducedRows reduced =
+      detail::reduce_measurements(scenario, basis, detail::LinearisationPath(result.nominal, about));
+  result.problem.information_factor = result.coordinates.restrict_rows(reduced.factor);
+  detail::compress(result.problem.information_factor, reduced.rhs, reduced.residual);
+  result.problem.criterion_factor =
+      result.coordinates.restrict_rows(detail::for_three_axes(detail::axis_criterion(scenario, basis)));
+  detail::add_ellipsoids(scenario.bounds, result);
+
+  const Eigen::VectorXd scale = detail::column_scale(result.problem);
+  result.coordinates.set_scale(scale);
+  const auto rescale = [&scale](Eigen::MatrixXd& rows) { rows = rows * scale.asDiagonal(); };
+  rescale(result.problem.information_factor);
+  rescale(result.problem.criterion_factor);
+  for (Eigen::MatrixXd& rows : result.problem.ellipsoids) {
+    rescale(rows);
+  }
+  if (!scenario.observations.empty()) {
+    result.information_rhs = std::move(reduced.rhs);
+    result.information_residual = reduced.residual;
+  }
+  return result;
+}
+
+}  // namespace trammel::inline TRAMMEL_ABI

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+/// @file
+/// Definitions of motion_coordinates.hpp.
+#pragma once
+
+#include <utility>
+
+#include "trammel/core/error.hpp"
+#include "trammel/linalg/qr.hpp"
+#include "trammel/problem/motion_coordinates.hpp"
+#include "trammel/trajectory/motion_parameters.hpp"
+
+namespace trammel::inline TRAMMEL_ABI {
+
+TRAMMEL_INLINE MotionCoordinates::MotionCoordinates(trajectory::SplineBasis basis, const MotionBounds& bounds)
+    : basis_(std::move(basis)), removed_(static_cast<std::size_t>(all_parameters()), false) {
+  for (Eigen::Index l = 0; l < basis_.coefficients(); ++l) {
+    const Eigen::Vector3d& axes = semi_axes(bounds, l);
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      const Eigen::Index place = 3 * l + axis;
+      removed_[static_cast<std::size_t>(place)] = axes(axis) == 0.0;
+      if (axes(axis) != 0.0) {
+        kept_.push_back(place);
+      }
+    }
+  }
+  require(!kept_.empty(), "bounds", "zero for every parameter", "at least one parameter left to estimate");
+  scale_ = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(kept_.size()));
+  if (parameters() < all_parameters()) {
+    make_null_spaces();
+  }
+}
+
+TRAMMEL_INLINE void MotionCoordinates::make_null_spaces() {
+  const Eigen::Index count = basis_.coefficients();
+  Eigen::MatrixXd motion = trajectory::motion_from_coefficients(basis_);
+  motion.rowwise().normalize();
+  null_space_ = Eigen::MatrixXd::Zero(all_parameters(), parameters());
+  Eigen::Index column = 0;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    std::vector<Eigen::Index> zero;
+    for (Eigen::Index l = 0; l < count; ++l) {
+      if (removed_[static_cast<std::size_t>(3 * l + axis)]) {
+        zero.push_back(l);
+      }
+    }
+    const auto gone = static_cast<Eigen::Index>(zero.size());
+    Eigen::MatrixXd space = Eigen::MatrixXd::Identity(count, count);
+    if (gone > 0) {
+      const Eigen::MatrixXd constraints = motion(zero, Eigen::all).transpose();
+      space = linalg::Qr(constraints).householderQ() * space;
+    }
+    for (Eigen::Index j = 0; j < count - gone; ++j) {
+      for (Eigen::Index i = 0; i < count; ++i) {
+        null_space_(3 * i + axis, column) = space(i, gone + j);
+      }
+      ++column;
+    }
+  }
+}
+
+TRAMMEL_INLINE void MotionCoordinates::set_scale(const Eigen::VectorXd& scale) {
+  require(scale.size() == parameters(), "scale", std::to_string(scale.size()) + " entries",
+          std::to_string(parameters()));
+  require(scale.allFinite() && scale.minCoeff() > 0.0, "scale", "an entry that is not positive and finite",
+          "positive entries");
+  scale_ = scale;
+}
+
+TRAMMEL_INLINE Eigen::MatrixXd MotionCoordinates::restrict_rows(const Eigen::MatrixXd& rows) const {
+  if (null_space_.size() == 0) {
+    return rows * scale_.asDiagonal();
+  }
+  return (rows * null_space_) * scale_.asDiagonal();
+}
+
+TRAMMEL_INLINE Eigen::MatrixXd MotionCoordinates::coefficients(const Eigen::MatrixXd& z) const {
+  const Eigen::MatrixXd scaled = scale_.asDiagonal() * z;
+  return null_space_.size() == 0 ? scaled : Eigen::MatrixXd(null_space_ * scaled);
+}
+
+TRAMMEL_INLINE Eigen::MatrixXd MotionCoordinates::motion(const Eigen::MatrixXd& z) const {
+  const Eigen::MatrixXd c = coefficients(z);
+  const Eigen::MatrixXd map = trajectory::motion_from_coefficients(basis_);
+  Eigen::MatrixXd theta = Eigen::MatrixXd::Zero(all_parameters(), z.cols());
+  for (Eigen::Index l = 0; l < basis_.coefficients(); ++l) {
+    const Eigen::Index first = l < 2 ? 0 : l - 2;
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      if (removed_[static_cast<std::size_t>(3 * l + axis)]) {
+        continue;
+      }
+      for (Eigen::Index k = first; k < first + 3; ++k) {
+        theta.row(3 * l + axis) += map(l, k) * c.row(3 * k + axis);
+      }
+    }
+  }
+  return theta;
+}
+
+TRAMMEL_INLINE Eigen::MatrixXd MotionCoordinates::from_motion(const Eigen::MatrixXd& theta) const {
+  require(theta.rows() == all_parameters(), "theta", std::to_string(theta.rows()) + " rows",
+          std::to_string(all_parameters()) + ", three per bound");
+  const Eigen::MatrixXd kept = theta(kept_, Eigen::all);
+  return from_kept_motion() * kept;
+}
+
+TRAMMEL_INLINE Eigen::MatrixXd MotionCoordinates::from_kept_motion() const {
+  const Eigen::MatrixXd map = trajectory::coefficients_from_motion(basis_);
+  Eigen::MatrixXd c = Eigen::MatrixXd::Zero(all_parameters(), parameters());
+  for (Eigen::Index k = 0; k < parameters(); ++k) {
+    const Eigen::Index place = kept_[static_cast<std::size_t>(k)];
+    const Eigen::Index axis = place % 3;
+    for (Eigen::Index j = 0; j < basis_.coefficients(); ++j) {
+      c(3 * j + axis, k) = map(j, place / 3);
+    }
+  }
+  // N has orthonormal columns and c lies in their span.
+  const Eigen::MatrixXd inner = null_space_.size() == 0 ? c : Eigen::MatrixXd(null_space_.transpose() * c);
+  return scale_.cwiseInverse().asDiagonal() * inner;
+}
+
+TRAMMEL_INLINE Eigen::MatrixXd MotionCoordinates::kept_motion_rows() const {
+  return motion(Eigen::MatrixXd::Identity(parameters(), parameters()))(kept_, Eigen::all);
+}
+
+TRAMMEL_INLINE MotionCoordinates::Rows3 MotionCoordinates::local_rows(
+    const trajectory::LocalBasis<double>& local, const Eigen::Matrix<double, 1, 3>& weight) const {
+  Rows3 rows = Rows3::Zero(3, parameters());
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const Eigen::Index block = 3 * (local.first + k);
+    if (null_space_.size() == 0) {
+      rows.middleCols<3>(block).diagonal().array() += weight(k);
+    } else {
+      rows += weight(k) * null_space_.middleRows<3>(block);
+    }
+  }
+  return rows * scale_.asDiagonal();
+}
+
+TRAMMEL_INLINE MotionCoordinates::Rows3 MotionCoordinates::position_rows(double t_s) const {
+  const trajectory::LocalBasis<double> local = basis_.at(t_s);
+  return local_rows(local, local.value);
+}
+
+TRAMMEL_INLINE MotionCoordinates::Rows3 MotionCoordinates::velocity_rows(double t_s) const {
+  const trajectory::LocalBasis<double> local = basis_.at(t_s);
+  return local_rows(local, local.rate);
+}
+
+TRAMMEL_INLINE MotionCoordinates::Rows3 MotionCoordinates::acceleration_rows(double t_s) const {
+  const trajectory::LocalBasis<double> local = basis_.at(t_s);
+  return local_rows(local, local.second_rate);
+}
+
+TRAMMEL_INLINE trajectory::QuadraticSpline<double> MotionCoordinates::spline(const Eigen::VectorXd& z) const {
+  const Eigen::MatrixXd c = coefficients(z);
+  return {basis_, c.reshaped(3, basis_.coefficients())};
+}
+
+}  // namespace trammel::inline TRAMMEL_ABI
