@@ -37,8 +37,8 @@ struct ReducedSolution {
 /// Method: predictor along the tangent to a smaller mu, as long a step as leaves the point well inside, then
 /// Newton corrections (NewtonSystem) with a line search on the barrier function. V = L L' is kept in product
 /// form and every iteration works in coordinates where V is the identity, so a nearly singular least
-/// favourable prior costs no accuracy; the slacks t are variables of their own, since 1 - <H_l, V> loses its
-/// digits near the boundary.
+/// favourable prior costs no accuracy; the slacks t and the multipliers lambda are variables of their own,
+/// since 1 - <H_l, V> and mu / t_l lose their digits near the boundary.
 /// Sources: Nesterov and Nemirovski (1994) for barriers compatible with a matrix-concave function; the
 /// problem and its dual as in the README's Sources.
 /// Guarantee: `lower` and `upper` come from feasible points and hold at every exit, up to rounding.
@@ -67,6 +67,8 @@ class InteriorPoint {
                               double e_factor);
   void move(const Eigen::MatrixXd& base_factor);
   [[nodiscard]] bool certify();
+  void sum_bounds();
+  void set_multipliers(const Eigen::VectorXd& wanted);
   [[nodiscard]] bool inequality_holds(double inflation);
   void best_effort_certificate();
   void keep_lower();
@@ -87,6 +89,7 @@ class InteriorPoint {
   bool stuck_ = false;
   int final_steps_ = 0;
   Eigen::VectorXd slack_, saved_slack_, candidate_slack_, saved_dt_, multipliers_, weight_;
+  Eigen::VectorXd barrier_, saved_barrier_, saved_y_, rho_;
   Eigen::VectorXd y_centre_, y_tangent_, dt_centre_, dt_tangent_, row_weight_;
   Eigen::MatrixXd residual_, centre_, tangent_, saved_centre_, triangle_, weighted_, bound_sum_,
       saved_factor_, upper_factor_;

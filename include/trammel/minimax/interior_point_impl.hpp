@@ -16,8 +16,9 @@ TRAMMEL_INLINE InteriorPoint::InteriorPoint(const ReducedProblem& problem, const
     : problem_(problem), settings_(settings), state_(problem), candidate_(problem), system_(problem) {
   const Eigen::Index q = problem.size();
   const auto s = static_cast<Eigen::Index>(problem.ellipsoids());
-  for (Eigen::VectorXd* vector : {&slack_, &saved_slack_, &candidate_slack_, &saved_dt_, &multipliers_,
-                                  &weight_, &y_centre_, &y_tangent_, &dt_centre_, &dt_tangent_}) {
+  for (Eigen::VectorXd* vector :
+       {&slack_, &saved_slack_, &candidate_slack_, &saved_dt_, &multipliers_, &barrier_, &saved_barrier_,
+        &saved_y_, &rho_, &weight_, &y_centre_, &y_tangent_, &dt_centre_, &dt_tangent_}) {
     vector->setZero(s);
   }
   for (Eigen::MatrixXd* matrix : {&residual_, &centre_, &tangent_, &saved_centre_, &triangle_, &bound_sum_,
@@ -85,6 +86,7 @@ TRAMMEL_INLINE void InteriorPoint::start() {
   mu_ = std::max(state_.gradient.trace() / static_cast<double>(problem_.size()),
                  std::numeric_limits<double>::min());
   first_mu_ = mu_;
+  multipliers_ = mu_ * slack_.cwiseInverse();
 }
 
 TRAMMEL_INLINE void InteriorPoint::start_near(const Eigen::MatrixXd& prior_factor,
@@ -104,6 +106,7 @@ TRAMMEL_INLINE void InteriorPoint::start_near(const Eigen::MatrixXd& prior_facto
     state_.update(problem_);
   }
   slack_ = 1.0 - state_.use.array();
+  multipliers_ = multipliers;
 }
 
 TRAMMEL_INLINE double InteriorPoint::target_mu() const {
@@ -115,11 +118,27 @@ TRAMMEL_INLINE double InteriorPoint::lower_bound() const {
   return state_.value / std::max(1.0, state_.use.maxCoeff());
 }
 
-/// Newton's direction at the present mu: `centre_`, with the decrement.
+/// Newton's direction at the present mu: `centre_`, with the decrement. The gradient is split into what the
+/// multipliers carried along leave, and the difference of mu / t from them.
 TRAMMEL_INLINE void InteriorPoint::newton_step() {
   ++best_.iterations;
-  multipliers_ = mu_ * slack_.cwiseInverse();
-  weight_ = multipliers_.cwiseQuotient(slack_);
+  barrier_ = mu_ * slack_.cwiseInverse();
+  weight_ = barrier_.cwiseQuotient(slack_);
+  sum_bounds();
+  residual_ = state_.gradient - bound_sum_;
+  residual_.diagonal().array() += mu_;
+  rho_ = multipliers_ - barrier_;
+  system_.set_up(problem_, state_, mu_, weight_);
+  // The residual left must stay well below mu for H(lambda) - Sigma to be positive at the end.
+  constexpr double kRelative = 1e-3;
+  constexpr double kShareOfMu = 0.03;
+  const double squared = system_.solve(residual_, rho_, {kRelative, kShareOfMu * mu_}, centre_, y_centre_);
+  decrement_ = std::sqrt(std::max(squared, 0.0) / mu_);
+  dt_centre_ = -y_centre_.cwiseQuotient(weight_);
+}
+
+/// bound_sum_ = sum lambda_l h_l.
+TRAMMEL_INLINE void InteriorPoint::sum_bounds() {
   for (Eigen::Index l = 0; l < slack_.size(); ++l) {
     const auto at = static_cast<std::size_t>(l);
     row_weight_.segment(problem_.first_row[at], problem_.first_row[at + 1] - problem_.first_row[at])
@@ -127,16 +146,6 @@ TRAMMEL_INLINE void InteriorPoint::newton_step() {
   }
   weighted_.noalias() = row_weight_.asDiagonal() * state_.bounds;
   bound_sum_.noalias() = state_.bounds.transpose() * weighted_;
-  residual_ = state_.gradient - bound_sum_;
-  residual_.diagonal().array() += mu_;
-  system_.set_up(problem_, state_, mu_, weight_);
-  // The residual left must stay well below mu for H(lambda) - Sigma to be positive at the end.
-  constexpr NewtonSystem::Tolerance kRelative{1e-3, 0.0};
-  constexpr double kShareOfMu = 0.03;
-  decrement_ = std::sqrt(
-      std::max(system_.solve(residual_, {kRelative.relative, kShareOfMu * mu_}, centre_, y_centre_), 0.0) /
-      mu_);
-  dt_centre_ = -y_centre_.cwiseQuotient(weight_);
 }
 
 /// Takes a prediction back that led too far from the path, and makes a shorter one from the same point.
@@ -150,6 +159,7 @@ TRAMMEL_INLINE bool InteriorPoint::reject_prediction() {
     wanted_shrink_ = std::max(wanted_shrink_, used_shrink_);
     centre_ = saved_centre_;
     dt_centre_ = saved_dt_;
+    y_centre_ = saved_y_;
     apply_prediction(used_shrink_);
     return true;
   }
@@ -181,10 +191,10 @@ TRAMMEL_INLINE void InteriorPoint::move(const Eigen::MatrixXd& base_factor) {
 
 TRAMMEL_INLINE void InteriorPoint::predict() {
   // Tangent of the central path, dV/d(log mu) with the sign that makes mu smaller.
-  residual_ = bound_sum_;
-  residual_.diagonal().array() -= mu_;
+  residual_.setZero();
+  residual_.diagonal().setConstant(-mu_);
   constexpr double kLoose = 1e-2;
-  (void)system_.solve(residual_, {kLoose, 0.0}, tangent_, y_tangent_);
+  (void)system_.solve(residual_, barrier_, {kLoose, 0.0}, tangent_, y_tangent_);
   dt_tangent_ = -y_tangent_.cwiseQuotient(weight_);
 
   constexpr std::array<double, 10> kShrinks{0.001, 0.003, 0.01, 0.03, 0.1, 0.2, 0.4, 0.6, 0.8, 0.9};
@@ -207,6 +217,8 @@ TRAMMEL_INLINE void InteriorPoint::predict() {
   saved_mu_ = mu_;
   saved_centre_ = centre_;
   saved_dt_ = dt_centre_;
+  saved_y_ = y_centre_;
+  saved_barrier_ = barrier_;
   apply_prediction(shrink);
 }
 
@@ -222,6 +234,7 @@ TRAMMEL_INLINE void InteriorPoint::apply_prediction(double shrink) {
       state_.update(problem_);
       slack_ = saved_slack_;
       mu_ = saved_mu_;
+      barrier_ = saved_barrier_;
       correct();
       return;
     }
@@ -231,6 +244,7 @@ TRAMMEL_INLINE void InteriorPoint::apply_prediction(double shrink) {
   std::swap(state_, candidate_);
   slack_.swap(candidate_slack_);
   mu_ = saved_mu_ * shrink;
+  set_multipliers(shrink * saved_barrier_ + y_centre_ + (1.0 - shrink) * y_tangent_);
   used_shrink_ = shrink;
   predicted_ = shrink < 1.0;
 }
@@ -268,6 +282,16 @@ TRAMMEL_INLINE void InteriorPoint::correct() {
   }
   std::swap(state_, candidate_);
   slack_.swap(candidate_slack_);
+  set_multipliers(multipliers_ + length * (barrier_ + y_centre_ - multipliers_));
+}
+
+/// Takes Newton's multipliers; one that would not be positive becomes mu / t.
+TRAMMEL_INLINE void InteriorPoint::set_multipliers(const Eigen::VectorXd& wanted) {
+  constexpr double kLeast = 0.1;  // of mu / t
+  for (Eigen::Index l = 0; l < slack_.size(); ++l) {
+    const double barrier = mu_ / slack_[l];
+    multipliers_[l] = wanted[l] > kLeast * barrier ? wanted[l] : barrier;
+  }
 }
 
 TRAMMEL_INLINE bool InteriorPoint::inequality_holds(double inflation) {

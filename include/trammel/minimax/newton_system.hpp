@@ -16,7 +16,7 @@ namespace trammel::inline TRAMMEL_ABI::minimax {
 
 /// Solves for symmetric D and y in R^s, in coordinates where V = I,
 ///
-///   mu D + Q D G + G D Q + sum_l y_l h_l = R,   y_l = w_l <h_l, D>,   w_l = mu / t_l^2,
+///   mu D + Q D G + G D Q + sum_l y_l h_l = R + sum_l rho_l h_l,   y_l = w_l <h_l, D>,   w_l = mu / t_l^2,
 ///
 /// the Newton equations of f(V) + mu log det V + mu sum log t_l, t_l = 1 - <H_l, V>, with h_l = L'H_l L.
 ///
@@ -27,7 +27,8 @@ namespace trammel::inline TRAMMEL_ABI::minimax {
 ///    it); on the rest T stays orthogonal (exact for mu D).
 /// The diagonal mu n_i n_j + q_i g_j + g_i q_j of what remains, with the s rank-one terms by the Woodbury
 /// formula, is the preconditioner: 2 to 10 steps suffice, also where the optimal V is nearly singular.
-/// y is carried as an unknown of its own: w_l <h_l, D> would lose its digits for small t_l.
+/// y is carried as an unknown of its own, and the residual as a pair (R, rho): near the end w_l is so large
+/// that w_l <h_l, D> and R + sum rho_l h_l would keep no digits.
 /// Up to kDenseLimit parameters the p(p+1)/2 equations are solved directly.
 ///
 /// Cost: set-up about 40 p x p products and s^2 p^2 operations, a step about 6 products; memory O(p^2).
@@ -46,8 +47,9 @@ class NewtonSystem {
     double absolute = 0.0;
   };
 
-  /// Solves for right-hand side R. Returns <R, D> (the squared length of the step where R is the gradient).
-  double solve(const Eigen::MatrixXd& rhs, Tolerance tolerance, Eigen::MatrixXd& D, Eigen::VectorXd& y);
+  /// Solves for the right-hand side (R, rho). Returns <R + sum rho_l h_l, D>.
+  double solve(const Eigen::MatrixXd& rhs, const Eigen::VectorXd& rho, Tolerance tolerance,
+               Eigen::MatrixXd& D, Eigen::VectorXd& y);
 
   [[nodiscard]] int steps() const { return steps_; }
   [[nodiscard]] Eigen::Index range_size() const { return range_; }
@@ -62,7 +64,8 @@ class NewtonSystem {
   void set_up_dense_base();
   void set_up_woodbury();
   void solve_base(const Eigen::MatrixXd& rhs, Eigen::MatrixXd& z);
-  void precondition(const Eigen::MatrixXd& residual, Eigen::MatrixXd& z, Eigen::VectorXd& y);
+  void precondition();
+  [[nodiscard]] double residual_norm();
   void apply_base(const Eigen::MatrixXd& X, Eigen::MatrixXd& out);
   void bound_terms(const Eigen::VectorXd& y, Eigen::MatrixXd& out);
   void bound_products(const Eigen::MatrixXd& X, Eigen::VectorXd& out);
@@ -77,7 +80,7 @@ class NewtonSystem {
   Eigen::MatrixXd h_, weighted_h_, product_;  // bound rows in the basis
   Eigen::MatrixXd residual_, direction_, image_, z_, X_, work_, work2_;
   Eigen::MatrixXd gram_, chunk_, dense_;
-  Eigen::VectorXd weight_, root_, row_weight_, y_direction_, y_z_, score_, packed_;
+  Eigen::VectorXd weight_, root_, row_weight_, rho_, y_direction_, y_z_, score_, packed_;
   Eigen::VectorXi order_;
   linalg::SymmetricEigen eigen_;
   linalg::Cholesky woodbury_;

@@ -40,7 +40,7 @@ TRAMMEL_INLINE NewtonSystem::NewtonSystem(const ReducedProblem& problem)
   for (Eigen::MatrixXd* matrix : {&h_, &weighted_h_, &product_}) {
     matrix->setZero(rows, q);
   }
-  for (Eigen::VectorXd* vector : {&weight_, &root_, &y_direction_, &y_z_}) {
+  for (Eigen::VectorXd* vector : {&weight_, &root_, &rho_, &y_direction_, &y_z_}) {
     vector->setZero(s);
   }
   row_weight_.setZero(rows);
@@ -203,7 +203,6 @@ TRAMMEL_INLINE void NewtonSystem::solve_base(const Eigen::MatrixXd& rhs, Eigen::
 }
 
 TRAMMEL_INLINE void NewtonSystem::set_up_woodbury() {
-  const Eigen::Index q = T_.rows();
   const Eigen::Index s = weight_.size();
   if (dense()) {
     for (Eigen::Index l = 0; l < s; ++l) {
@@ -227,16 +226,26 @@ TRAMMEL_INLINE void NewtonSystem::set_up_woodbury() {
   woodbury_.compute(gram_);
 }
 
-TRAMMEL_INLINE void NewtonSystem::precondition(const Eigen::MatrixXd& residual, Eigen::MatrixXd& z,
-                                               Eigen::VectorXd& y) {
-  solve_base(residual, z);
-  bound_products(z, y);
-  y.array() *= root_.array();
-  woodbury_.solveInPlace(y);
-  y.array() *= root_.array();
-  bound_terms(y, work_);
+/// (z_, y_z_) = the preconditioner's answer to the residual (residual_, rho_): z = base^-1 (R + sum eta_l
+/// h_l), y = rho - eta, (W^-1 + Gram) eta = W^-1 rho - h(base^-1 R).
+TRAMMEL_INLINE void NewtonSystem::precondition() {
+  solve_base(residual_, z_);
+  bound_products(z_, y_z_);
+  y_z_ = rho_.cwiseQuotient(weight_) - y_z_;
+  y_z_.array() *= root_.array();
+  woodbury_.solveInPlace(y_z_);
+  y_z_.array() *= root_.array();
+  bound_terms(y_z_, work_);
   solve_base(work_, work2_);
-  z -= work2_;
+  z_ += work2_;
+  y_z_ = rho_ - y_z_;
+}
+
+/// |R + sum rho_l h_l|.
+TRAMMEL_INLINE double NewtonSystem::residual_norm() {
+  bound_terms(rho_, work_);
+  work_ += residual_;
+  return work_.norm();
 }
 
 TRAMMEL_INLINE void NewtonSystem::apply_base(const Eigen::MatrixXd& X, Eigen::MatrixXd& out) {
@@ -277,38 +286,40 @@ TRAMMEL_INLINE void NewtonSystem::bound_products(const Eigen::MatrixXd& X, Eigen
   }
 }
 
-TRAMMEL_INLINE double NewtonSystem::solve(const Eigen::MatrixXd& rhs, Tolerance tolerance, Eigen::MatrixXd& D,
-                                          Eigen::VectorXd& y) {
+TRAMMEL_INLINE double NewtonSystem::solve(const Eigen::MatrixXd& rhs, const Eigen::VectorXd& rho,
+                                          Tolerance tolerance, Eigen::MatrixXd& D, Eigen::VectorXd& y) {
   constexpr int kMostSteps = 300;  // ten times what hard cases take; more would not help
   work_.noalias() = rhs * T_;
   residual_.noalias() = T_.transpose() * work_;
   detail::symmetrise(residual_);
+  rho_ = rho;
   X_.setZero();
   y.setZero();
   double squared_step = 0.0;
-  precondition(residual_, z_, y_z_);
+  const auto inner = [this] {  // <residual, z>; <h_l, z> is y_z / w exactly
+    return residual_.cwiseProduct(z_).sum() + (rho_.array() * y_z_.array() / weight_.array()).sum();
+  };
+  precondition();
   direction_ = z_;
   y_direction_ = y_z_;
-  double rz = residual_.cwiseProduct(z_).sum();
+  double rz = inner();
   const double start = rz;
   for (int step = 0; step < kMostSteps; ++step) {
-    if (!(rz > tolerance.relative * tolerance.relative * start) || residual_.norm() <= tolerance.absolute) {
+    if (!(rz > tolerance.relative * tolerance.relative * start) ||
+        (tolerance.absolute > 0.0 && residual_norm() <= tolerance.absolute)) {
       break;
     }
     apply_base(direction_, image_);
-    double curvature = direction_.cwiseProduct(image_).sum();
-    for (Eigen::Index l = 0; l < weight_.size(); ++l) {
-      curvature += y_direction_[l] * y_direction_[l] / weight_[l];
-    }
-    bound_terms(y_direction_, work_);
-    image_ += work_;
+    const double curvature =
+        direction_.cwiseProduct(image_).sum() + (y_direction_.array().square() / weight_.array()).sum();
     const double length = rz / curvature;
     X_ += length * direction_;
     y += length * y_direction_;
     residual_ -= length * image_;
+    rho_ -= length * y_direction_;
     squared_step += length * rz;
-    precondition(residual_, z_, y_z_);
-    const double next = residual_.cwiseProduct(z_).sum();
+    precondition();
+    const double next = inner();
     const double ratio = next / rz;
     direction_ = z_ + ratio * direction_;
     y_direction_ = y_z_ + ratio * y_direction_;
