@@ -12,6 +12,14 @@
 
 namespace trammel::inline TRAMMEL_ABI::minimax {
 
+namespace detail {
+
+/// Dual residual left by a linear solve, in units of mu: more would spoil the multipliers carried along, even
+/// where the preconditioner's norm of the residual is small.
+inline constexpr double kMostOfMu = 3.0;
+
+}  // namespace detail
+
 TRAMMEL_INLINE InteriorPoint::InteriorPoint(const ReducedProblem& problem, const SolverSettings& settings)
     : problem_(problem), settings_(settings), state_(problem), candidate_(problem), system_(problem) {
   const Eigen::Index q = problem.size();
@@ -131,8 +139,9 @@ TRAMMEL_INLINE void InteriorPoint::newton_step() {
   system_.set_up(problem_, state_, mu_, weight_);
   // The residual left must stay well below mu for H(lambda) - Sigma to be positive at the end.
   constexpr double kRelative = 1e-3;
-  constexpr double kShareOfMu = 0.03;
-  const double squared = system_.solve(residual_, rho_, {kRelative, kShareOfMu * mu_}, centre_, y_centre_);
+  constexpr double kEnough = 0.03;
+  const double squared =
+      system_.solve(residual_, rho_, {kRelative, detail::kMostOfMu * mu_, kEnough * mu_}, centre_, y_centre_);
   decrement_ = std::sqrt(std::max(squared, 0.0) / mu_);
   dt_centre_ = -y_centre_.cwiseQuotient(weight_);
 }
@@ -154,7 +163,8 @@ TRAMMEL_INLINE bool InteriorPoint::reject_prediction() {
   constexpr double kLongEnough = 0.9;
   constexpr double kGoodDecrement = 2.0;
   constexpr double kPoorDecrement = 4.0;
-  if (decrement_ > kTooFar && used_shrink_ < kLongEnough) {
+  const bool bad = decrement_ > kTooFar || !system_.converged();
+  if (bad && used_shrink_ < kLongEnough) {
     used_shrink_ = std::min(kLongEnough, std::sqrt(used_shrink_));
     wanted_shrink_ = std::max(wanted_shrink_, used_shrink_);
     centre_ = saved_centre_;
@@ -194,7 +204,7 @@ TRAMMEL_INLINE void InteriorPoint::predict() {
   residual_.setZero();
   residual_.diagonal().setConstant(-mu_);
   constexpr double kLoose = 1e-2;
-  (void)system_.solve(residual_, barrier_, {kLoose, 0.0}, tangent_, y_tangent_);
+  (void)system_.solve(residual_, barrier_, {kLoose, detail::kMostOfMu * mu_, 0.0}, tangent_, y_tangent_);
   dt_tangent_ = -y_tangent_.cwiseQuotient(weight_);
 
   constexpr std::array<double, 10> kShrinks{0.001, 0.003, 0.01, 0.03, 0.1, 0.2, 0.4, 0.6, 0.8, 0.9};
@@ -320,8 +330,9 @@ TRAMMEL_INLINE void InteriorPoint::keep_upper(double inflation) {
 /// True when the interval is as narrow as asked for.
 TRAMMEL_INLINE bool InteriorPoint::certify() {
   const double total = multipliers_.sum();
+  constexpr double kStrictly = 0.999;  // so that rounding does not lift the gap over what was asked for
   const double wanted =
-      (best_.lower + problem_.free_error) / (1.0 - settings_.relative_gap) - problem_.free_error;
+      (best_.lower + problem_.free_error) / (1.0 - kStrictly * settings_.relative_gap) - problem_.free_error;
   const double allowed = (wanted - state_.noise - total) / total;
   if (!(allowed >= 0.0)) {
     return false;

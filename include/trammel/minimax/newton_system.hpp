@@ -40,11 +40,12 @@ class NewtonSystem {
   void set_up(const ReducedProblem& problem, const PriorState& state, double mu,
               const Eigen::VectorXd& weight);
 
-  /// Largest error of the answer: |residual| in the preconditioner's norm relative to the start's, or its
-  /// Frobenius norm in the coordinates V = I.
+  /// When an answer is good enough: the residual's preconditioned norm at most `relative` of the start's and
+  /// its Frobenius norm (in the coordinates V = I) at most `most`, or the latter at most `enough`.
   struct Tolerance {
     double relative = 0.0;
-    double absolute = 0.0;
+    double most = 0.0;
+    double enough = 0.0;
   };
 
   /// Solves for the right-hand side (R, rho). Returns <R + sum rho_l h_l, D>.
@@ -52,6 +53,8 @@ class NewtonSystem {
                Eigen::MatrixXd& D, Eigen::VectorXd& y);
 
   [[nodiscard]] int steps() const { return steps_; }
+  /// Whether the last solve reached its tolerance.
+  [[nodiscard]] bool converged() const { return converged_; }
   [[nodiscard]] Eigen::Index range_size() const { return range_; }
 
   /// Largest number of parameters for which the equations are solved directly.
@@ -76,6 +79,7 @@ class NewtonSystem {
   double mu_ = 0.0;
   Eigen::Index range_ = 0;
   int steps_ = 0;
+  bool converged_ = true;
   Eigen::MatrixXd T_, Q_, G_, N_, den_;       // basis, operator in it, its diagonal
   Eigen::MatrixXd h_, weighted_h_, product_;  // bound rows in the basis
   Eigen::MatrixXd residual_, direction_, image_, z_, X_, work_, work2_;

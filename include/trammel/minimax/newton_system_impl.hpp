@@ -288,7 +288,7 @@ TRAMMEL_INLINE void NewtonSystem::bound_products(const Eigen::MatrixXd& X, Eigen
 
 TRAMMEL_INLINE double NewtonSystem::solve(const Eigen::MatrixXd& rhs, const Eigen::VectorXd& rho,
                                           Tolerance tolerance, Eigen::MatrixXd& D, Eigen::VectorXd& y) {
-  constexpr int kMostSteps = 300;  // ten times what hard cases take; more would not help
+  constexpr int kMostSteps = 120;  // several times what hard cases take; more would not help
   work_.noalias() = rhs * T_;
   residual_.noalias() = T_.transpose() * work_;
   detail::symmetrise(residual_);
@@ -304,9 +304,15 @@ TRAMMEL_INLINE double NewtonSystem::solve(const Eigen::MatrixXd& rhs, const Eige
   y_direction_ = y_z_;
   double rz = inner();
   const double start = rz;
+  converged_ = false;
   for (int step = 0; step < kMostSteps; ++step) {
-    if (!(rz > tolerance.relative * tolerance.relative * start) ||
-        (tolerance.absolute > 0.0 && residual_norm() <= tolerance.absolute)) {
+    const double left = residual_norm();
+    if ((rz <= tolerance.relative * tolerance.relative * start && left <= tolerance.most) ||
+        left <= tolerance.enough) {
+      converged_ = true;
+      break;
+    }
+    if (!(rz > 0.0)) {  // rounding errors have the upper hand
       break;
     }
     apply_base(direction_, image_);
