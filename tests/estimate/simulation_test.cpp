@@ -130,7 +130,8 @@ struct SplinePath {
 TEST(Simulation, TheWholeWayKeepsTheGuaranteeAtEveryTime) {
   Scenario scenario;
   scenario.knots_s = {0.0, 7.0, 12.0, 25.0, 31.0};
-  scenario.nominal = {.position_m = {100.0, -50.0, 900.0}, .velocity_mps = {40.0, 10.0, -2.0}};
+  scenario.nominal.position_m = {100.0, -50.0, 900.0};
+  scenario.nominal.velocity_mps = {40.0, 10.0, -2.0};
   scenario.bounds = {.position_m = {200.0, 100.0, 50.0},
                      .velocity_mps = Eigen::Vector3d::Constant(10.0),
                      .acceleration_mps2 = std::vector<Eigen::Vector3d>(4, Eigen::Vector3d::Constant(3.0))};
@@ -148,11 +149,12 @@ TEST(Simulation, TheWholeWayKeepsTheGuaranteeAtEveryTime) {
   std::vector<double> guaranteed;
   Mean chi2;
   constexpr std::uint64_t kRuns = 200;
+  estimate::EstimateSettings settings;
+  settings.output_step_s = 1.0;
   for (std::uint64_t run = 0; run < kRuns; ++run) {
     Scenario observed = scenario;
     observed.observations = estimate::simulate_measurements(scenario, truth, kSeed + run);
-    const estimate::TrajectoryEstimate result =
-        estimate::estimate_trajectory(observed, {.output_step_s = 1.0});
+    const estimate::TrajectoryEstimate result = estimate::estimate_trajectory(observed, settings);
     ASSERT_TRUE(result.observed.has_value());
     EXPECT_LT(result.observed->linearisation.ratio, 1e-9);  // the sensor is linear
     chi2.add(result.observed->chi2);

@@ -39,13 +39,20 @@ struct BiasBound {
 /// | tau    | share of each bound, lambda = tau upper              | s         |
 /// | rho    | weight of the output directions, rho = R R'          | m x m     |
 ///
-/// Method: the second form is a convex function of R on a sphere, which R <- gradient increases at each step
-/// (generalised power method: Journee, Nesterov, Richtarik, Sepulchre 2010, algorithm 1); tau_l proportional
-/// to <rho, G_l G_l'>^(1/2). R has m columns, or as many as make local maxima unlikely (Burer, Monteiro
-/// 2005). Guarantee: `upper` holds for whatever tau was reached, up to rounding. It is the largest mean
-/// square over random u with E |u_l|^2 <= 1, the class the guaranteed estimate is made for; over fixed u it
-/// is attained when m = 1 and may be above the maximum otherwise. Cost: O(m p min(m, sqrt(2 s))) per step,
-/// O(m^3) now and then for lambda_max. Throws Error unless the sizes sum to the columns of `map`.
+/// Method, m = 3 (the position at one time): Newton's method with a logarithmic barrier in the six numbers
+/// of rho. Otherwise: the last form is a convex function of R on a sphere, which R <- gradient increases at
+/// each step (generalised power method: Journee, Nesterov, Richtarik, Sepulchre 2010, algorithm 1), with m
+/// columns or as many as make local maxima unlikely (Burer, Monteiro 2005). tau_l is proportional to
+/// <rho, G_l G_l'>^(1/2) in both.
+///
+/// Guarantee: `upper` holds for whatever tau was reached, up to rounding. It is the largest mean square over
+/// random u with E |u_l|^2 <= 1, the class the guaranteed estimate is made for; over fixed u it is attained
+/// when m = 1 and may be above the maximum otherwise.
+///
+/// Cost: m = 3: O(s) per step, about 40 steps. Otherwise O(m p min(m, sqrt(2 s))) per step and O(m^3) now
+/// and then for lambda_max.
+///
+/// Throws Error unless the sizes sum to the columns of `map`.
 [[nodiscard]] BiasBound bound_bias(const Eigen::MatrixXd& map, const std::vector<Eigen::Index>& block_sizes,
                                    const BiasBoundSettings& settings = {});
 

@@ -25,7 +25,9 @@ namespace trammel::inline TRAMMEL_ABI::estimate {
 ///
 /// The maximum is replaced by the proved bound of bound_bias. Where an unbounded motion is not followed
 /// exactly the value is infinite; deviations of the size of rounding errors (kRounding of the motion itself)
-/// are taken as none. Cost: O(p^3) once, O(p^2) per time.
+/// are taken as none.
+///
+/// Cost: O(p^3) once, O(p^2) per time.
 class PointwiseGuarantee {
  public:
   /// `bounds` are those of the scenario that `problem` was made from. Throws Error for a gain of another

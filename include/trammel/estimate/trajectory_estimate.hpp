@@ -91,12 +91,13 @@ struct TrajectoryEstimate {
 
 /// Solves the guaranteed problem of a scenario and, where it has observations, evaluates the estimate.
 ///
-/// | result               | formula                                                                       |
-/// |----------------------|-------------------------------------------------------------------------------|
-/// | estimate             | z = K F'y, y whitened deviations from the reference (Mamaev, Semenikhin, eq.
-/// (15)) | | guaranteed_rms_m     | sqrt(tr S K J K' + sum lambda), proved (eq. (16)) | | gauss_markov_rms_m
-/// | sqrt(tr S J^-1)                                                               | | guaranteed_rms_at_m  |
-/// PointwiseGuarantee                                                            |
+/// | result              | formula                                                                 |
+/// |---------------------|-------------------------------------------------------------------------|
+/// | observed->path      | z = K F'y, y whitened deviations (Mamaev and Semenikhin, eq. (15))      |
+/// | guaranteed_rms_m    | sqrt(tr S K J K' + sum lambda), proved (eq. (16))                       |
+/// | gauss_markov_rms_m  | sqrt(tr S J^-1)                                                         |
+/// | prior_rms_m         | proved bound of the same without measurements (bound_bias)              |
+/// | guaranteed_rms_at_m | PointwiseGuarantee                                                      |
 ///
 /// The guarantee is that of the linear model: `observed->linearisation` tells how far that holds.
 /// Throws Error for a scenario that breaks its own rules.

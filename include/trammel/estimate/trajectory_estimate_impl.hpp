@@ -116,23 +116,25 @@ inline std::string parameter_words(Eigen::Index place) {
                       : "acceleration of segment " + std::to_string(bound - 1) + axis;
 }
 
-/// The parameters that take part in directions z (columns), by the displacement each causes until the end.
+/// The unbounded parameters that take part in directions z (columns), by the displacement each causes until
+/// the end.
 inline std::vector<std::string> direction_words(const MotionCoordinates& coordinates,
-                                                const Eigen::MatrixXd& z) {
+                                                const MotionBounds& bounds, const Eigen::MatrixXd& z) {
   constexpr double kShare = 0.01;  // of the largest displacement: smaller parts are not worth a word
   Eigen::MatrixXd theta = coordinates.motion(z);
   const trajectory::SplineBasis& basis = coordinates.basis();
   for (Eigen::Index place = 0; place < theta.rows(); ++place) {
     const Eigen::Index bound = place / 3;
+    if (std::isfinite(semi_axes(bounds, bound)(place % 3))) {
+      theta.row(place).setZero();  // what is bounded takes part by rounding errors only
+      continue;
+    }
     const double length = bound < 2 ? 1.0 : basis.length_s(bound - 2);
     theta.row(place) *= bound == 0   ? 1.0
                         : bound == 1 ? basis.duration_s()
                                      : length * (basis.end_s() - basis.knot(bound - 2) - length / 2);
   }
-  for (Eigen::Index j = 0; j < theta.cols(); ++j) {
-    const double size = theta.col(j).cwiseAbs().maxCoeff();
-    theta.col(j) /= size > 0.0 ? size : 1.0;
-  }
+  theta.colwise().normalize();
   std::vector<std::string> words;
   for (Eigen::Index place = 0; place < theta.rows(); ++place) {
     if (theta.row(place).cwiseAbs().maxCoeff() > kShare) {
@@ -202,7 +204,8 @@ TRAMMEL_INLINE TrajectoryEstimate evaluate_solution(const Scenario& scenario,
     result.gauss_markov_rms_m = unbounded_estimate->rms_m;
   }
   if (solution.unbounded_directions.cols() > 0) {
-    result.unbounded_directions = detail::direction_words(coordinates, solution.unbounded_directions);
+    result.unbounded_directions =
+        detail::direction_words(coordinates, scenario.bounds, solution.unbounded_directions);
   }
   result.lambda_m2 = Eigen::VectorXd::Zero(coordinates.basis().coefficients());
   if (solution.status == SolveStatus::kUnbounded) {
