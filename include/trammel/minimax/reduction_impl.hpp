@@ -128,7 +128,8 @@ TRAMMEL_INLINE ReducedProblem reduce(const GuaranteedProblem& problem) {
   const detail::RankedQr whole = detail::ranked_qr(stack);
   if (whole.rank < p) {
     Eigen::MatrixXd unseen = scale.asDiagonal() * detail::null_space_basis(whole);
-    unseen *= unseen.colwise().norm().cwiseInverse().asDiagonal();
+    const Eigen::VectorXd unseen_length = unseen.colwise().norm();
+    unseen *= unseen_length.cwiseInverse().asDiagonal();
     const Eigen::VectorXd visible = (problem.criterion_factor * unseen).colwise().norm();
     const double negligible = 1e3 * std::numeric_limits<double>::epsilon() * problem.criterion_factor.norm();
     std::vector<Eigen::Index> seen;
