@@ -1,2 +1,201 @@
 // SPDX-License-Identifier: Apache-2.0
+// What the guarantee says, tried out by drawing noise and motions.
+#include <cmath>
+#include <numbers>
+
 #include <gtest/gtest.h>
+
+#include "trammel/core/random.hpp"
+#include "trammel/estimate/bounded_motion.hpp"
+#include "trammel/estimate/simulate_measurements.hpp"
+#include "trammel/estimate/trajectory_estimate.hpp"
+#include "trammel/minimax/solve.hpp"
+#include "trammel/problem/zoo.hpp"
+
+namespace {
+
+using namespace trammel;
+
+constexpr std::uint64_t kSeed = 77001;
+constexpr int kDraws = 2000;
+/// Sampling errors allowed, in standard errors.
+constexpr double kSigmas = 5.0;
+
+Eigen::VectorXd normal(RandomStream& stream, Eigen::Index size) {
+  Eigen::VectorXd result(size);
+  for (double& x : result) {
+    x = stream.normal();
+  }
+  return result;
+}
+
+/// Running mean and its standard error.
+struct Mean {
+  double sum = 0.0;
+  double square = 0.0;
+  int count = 0;
+
+  void add(double x) {
+    sum += x;
+    square += x * x;
+    ++count;
+  }
+  [[nodiscard]] double value() const { return sum / count; }
+  [[nodiscard]] double error() const {
+    return std::sqrt(std::max(square / count - value() * value(), 0.0) / count);
+  }
+};
+
+class Simulation : public testing::TestWithParam<zoo::Instance> {
+ protected:
+  void SetUp() override {
+    solution_ = minimax::solve(assembled_.problem);
+    ASSERT_EQ(solution_.status, SolveStatus::kOptimal);
+  }
+
+  /// Squared error of the estimate of motion z with the noise e.
+  [[nodiscard]] double squared_error(const Eigen::VectorXd& z, const Eigen::VectorXd& e) const {
+    const Eigen::MatrixXd& F = assembled_.problem.information_factor;
+    const Eigen::VectorXd estimate = solution_.gain * (F.transpose() * (F * z + e));
+    return (assembled_.problem.criterion_factor * (estimate - z)).squaredNorm();
+  }
+  [[nodiscard]] Eigen::Index noises() const { return assembled_.problem.information_factor.rows(); }
+
+  TrajectoryProblem assembled_ = assemble(GetParam().scenario);
+  minimax::Solution solution_;
+};
+
+// Each motion is on the boundary of every bound; the mean over the noise alone is at most the bound, so the
+// mean over motions is too, and so it is for the motion that did worst in this draw.
+TEST_P(Simulation, NoMotionWithinTheBoundsExceedsTheGuarantee) {
+  RandomStream stream(kSeed);
+  const estimate::BoundedMotion motion =
+      estimate::bounded_motion(assembled_.coordinates, GetParam().scenario.bounds);
+  Mean over_all;
+  constexpr int kMotions = 10;
+  for (int m = 0; m < kMotions; ++m) {
+    Eigen::VectorXd u = normal(stream, motion.bounded.cols());
+    Eigen::Index at = 0;
+    for (const Eigen::Index size : motion.block_sizes) {
+      u.segment(at, size).normalize();
+      at += size;
+    }
+    const Eigen::VectorXd z = motion.bounded * u;
+    for (const Eigen::MatrixXd& a : assembled_.problem.ellipsoids) {
+      EXPECT_NEAR((a * z).norm(), 1.0, 1e-9);
+    }
+    Mean over_noise;
+    for (int i = 0; i < kDraws / kMotions; ++i) {
+      const double square = squared_error(z, normal(stream, noises()));
+      over_noise.add(square);
+      over_all.add(square);
+    }
+    EXPECT_LE(over_noise.value(), solution_.upper + kSigmas * over_noise.error()) << "seed " << kSeed;
+  }
+  EXPECT_LE(over_all.value(), solution_.upper + kSigmas * over_all.error()) << "seed " << kSeed;
+}
+
+TEST_P(Simulation, TheLeastFavourablePriorAttainsTheLowerBound) {
+  RandomStream stream(kSeed + 1);
+  Mean mean;
+  for (int i = 0; i < kDraws; ++i) {
+    const Eigen::VectorXd z = solution_.prior_factor * normal(stream, solution_.prior_factor.cols());
+    mean.add(squared_error(z, normal(stream, noises())));
+  }
+  EXPECT_NEAR(mean.value(), solution_.lower, kSigmas * mean.error()) << "seed " << kSeed + 1;
+  EXPECT_LT(mean.error(), 0.1 * mean.value());
+}
+
+INSTANTIATE_TEST_SUITE_P(Estimate, Simulation,
+                         testing::Values(zoo::manoeuvre(), zoo::manoeuvre_noisy(), zoo::r20(),
+                                         zoo::paper004()),
+                         [](const auto& tested) { return std::string(tested.param.name); });
+
+/// A motion of the spline class as a true path.
+struct SplinePath {
+  trajectory::NominalTrajectory nominal;
+  trajectory::QuadraticSpline<double> deviation;
+
+  [[nodiscard]] Eigen::Vector3d position(double t) const {
+    return nominal.position(t) + deviation.position(t);
+  }
+  [[nodiscard]] Eigen::Vector3d velocity(double t) const {
+    return nominal.velocity(t) + deviation.velocity(t);
+  }
+  [[nodiscard]] bool covers(double t) const { return deviation.basis().covers(t); }
+};
+
+// From simulated files to the estimate: a linear sensor, so that the guarantee holds as it stands, at every
+// time.
+TEST(Simulation, TheWholeWayKeepsTheGuaranteeAtEveryTime) {
+  Scenario scenario;
+  scenario.knots_s = {0.0, 7.0, 12.0, 25.0, 31.0};
+  scenario.nominal = {.position_m = {100.0, -50.0, 900.0}, .velocity_mps = {40.0, 10.0, -2.0}};
+  scenario.bounds = {.position_m = {200.0, 100.0, 50.0},
+                     .velocity_mps = Eigen::Vector3d::Constant(10.0),
+                     .acceleration_mps2 = std::vector<Eigen::Vector3d>(4, Eigen::Vector3d::Constant(3.0))};
+  scenario.stations.push_back({.name = "receiver",
+                               .kind = SensorKind::kPosition,
+                               .position_m = {5.0, 6.0, 7.0},
+                               .covariance = Eigen::Vector3d(900.0, 900.0, 2500.0).asDiagonal(),
+                               .times_s = {30.0, 0.5, 3.0, 21.0, 9.0, 13.0, 26.5}});
+  const TrajectoryProblem assembled = assemble(scenario);
+  Eigen::VectorXd theta = Eigen::VectorXd::Zero(18);
+  theta << 115.0, -57.0, 28.0, 5.0, -5.0, 5.0, 1.7, 1.7, 1.7, -1.7, 1.7, 1.7, 1.7, -1.7, 1.7, -1.7, -1.7, 1.7;
+  const SplinePath truth{assembled.nominal,
+                         assembled.coordinates.spline(assembled.coordinates.from_motion(theta))};
+  std::vector<Mean> at_time;
+  std::vector<double> guaranteed;
+  Mean chi2;
+  constexpr std::uint64_t kRuns = 200;
+  for (std::uint64_t run = 0; run < kRuns; ++run) {
+    Scenario observed = scenario;
+    observed.observations = estimate::simulate_measurements(scenario, truth, kSeed + run);
+    const estimate::TrajectoryEstimate result =
+        estimate::estimate_trajectory(observed, {.output_step_s = 1.0});
+    ASSERT_TRUE(result.observed.has_value());
+    EXPECT_LT(result.observed->linearisation.ratio, 1e-9);  // the sensor is linear
+    chi2.add(result.observed->chi2);
+    guaranteed = result.guaranteed_rms_at_m;
+    at_time.resize(guaranteed.size());
+    for (std::size_t i = 0; i < guaranteed.size(); ++i) {
+      const double t = result.observed->path.times_s[i];
+      const Eigen::Vector3d x = result.observed->path.position_m.row(static_cast<Eigen::Index>(i));
+      at_time[i].add((x - truth.position(t)).squaredNorm());
+    }
+  }
+  ASSERT_EQ(at_time.size(), 32U);
+  for (std::size_t i = 0; i < at_time.size(); ++i) {
+    EXPECT_LE(at_time[i].value(), guaranteed[i] * guaranteed[i] + kSigmas * at_time[i].error()) << i;
+    EXPECT_GE(at_time[i].value(), 0.01 * guaranteed[i] * guaranteed[i]) << "a bound far too wide, row " << i;
+  }
+  EXPECT_GT(chi2.value(), 1.0);   // the residuals of 21 numbers,
+  EXPECT_LT(chi2.value(), 21.0);  // less what the estimate adapts to
+}
+
+TEST(Simulation, DependsOnTheSeedOnly) {
+  Scenario scenario = zoo::long_flight(2).scenario;
+  const trajectory::NominalTrajectory truth = make_nominal(scenario);
+  const auto first = estimate::simulate_measurements(scenario, truth, 5);
+  const auto again = estimate::simulate_measurements(scenario, truth, 5);
+  const auto other = estimate::simulate_measurements(scenario, truth, 6);
+  ASSERT_EQ(first.size(), 42U);
+  double range_square = 0.0;
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    EXPECT_EQ(first[i].value, again[i].value);
+    EXPECT_NE(first[i].value, other[i].value);
+    const Station& station = scenario.stations[first[i].station];
+    range_square +=
+        std::pow(first[i].value(2) - (truth.position(first[i].t_s) - station.position_m).norm(), 2) / 225.0;
+    EXPECT_LE(std::abs(first[i].value(0)), std::numbers::pi);
+  }
+  EXPECT_NEAR(range_square / 42.0, 1.0, kSigmas * std::sqrt(2.0 / 42.0));
+  // A measurement keeps its noise when others are removed behind it.
+  scenario.stations[0].times_s.resize(5);
+  EXPECT_EQ(estimate::simulate_measurements(scenario, truth, 5)[5].value, first[21].value);
+  scenario.knots_s.back() += 100.0;
+  scenario.stations[0].times_s[0] = 110.0;
+  EXPECT_THROW((void)estimate::simulate_measurements(scenario, truth, 5), Error);
+}
+
+}  // namespace

@@ -41,9 +41,9 @@ class PointwiseGuarantee {
 
   const MotionCoordinates& coordinates_;
   Eigen::MatrixXd noise_;     ///< K F', p x m
-  Eigen::MatrixXd bias_;      ///< (K F'F - I) z(theta), p x p, columns over semi-axes; kept entries of theta
-  Eigen::MatrixXd free_;      ///< the same columns for unbounded entries, unscaled
-  Eigen::MatrixXd free_own_;  ///< z(theta) of unbounded entries, to compare with
+  Eigen::MatrixXd bias_;      ///< (K F'F - I) applied to the bounded motions
+  Eigen::MatrixXd free_;      ///< the same for the unbounded ones
+  Eigen::MatrixXd free_own_;  ///< the unbounded motions themselves, to compare with
   std::vector<Eigen::Index> block_sizes_;
 };
 

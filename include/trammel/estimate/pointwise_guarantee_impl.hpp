@@ -6,9 +6,11 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "trammel/core/error.hpp"
 #include "trammel/estimate/bias_bound.hpp"
+#include "trammel/estimate/bounded_motion.hpp"
 #include "trammel/estimate/pointwise_guarantee.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::estimate {
@@ -25,30 +27,11 @@ TRAMMEL_INLINE PointwiseGuarantee::PointwiseGuarantee(const TrajectoryProblem& p
   noise_ = gain * F.transpose();
   Eigen::MatrixXd error = noise_ * F;
   error.diagonal().array() -= 1.0;
-  const Eigen::MatrixXd from_motion = coordinates_.from_kept_motion();
-  const Eigen::MatrixXd motion_bias = error * from_motion;
-
-  std::vector<Eigen::Index> bounded;
-  std::vector<Eigen::Index> unbounded;
-  Eigen::VectorXd axes(p);
-  Eigen::Index last = -1;
-  for (Eigen::Index k = 0; k < p; ++k) {
-    const Eigen::Index place = coordinates_.kept()[static_cast<std::size_t>(k)];
-    axes(k) = semi_axes(bounds, place / 3)(place % 3);
-    if (!std::isfinite(axes(k))) {
-      unbounded.push_back(k);
-      continue;
-    }
-    bounded.push_back(k);
-    if (place / 3 != last) {
-      block_sizes_.push_back(0);
-      last = place / 3;
-    }
-    ++block_sizes_.back();
-  }
-  bias_ = motion_bias(Eigen::all, bounded) * axes(bounded).asDiagonal();
-  free_ = motion_bias(Eigen::all, unbounded);
-  free_own_ = from_motion(Eigen::all, unbounded);
+  BoundedMotion motion = bounded_motion(coordinates_, bounds);
+  bias_ = error * motion.bounded;
+  free_ = error * motion.free;
+  free_own_ = std::move(motion.free);
+  block_sizes_ = std::move(motion.block_sizes);
 }
 
 TRAMMEL_INLINE double PointwiseGuarantee::rms_m(double t_s) const {
@@ -59,14 +42,7 @@ TRAMMEL_INLINE double PointwiseGuarantee::rms_m(double t_s) const {
       return std::numeric_limits<double>::infinity();
     }
   }
-  const Eigen::Matrix3Xd bias = rows * bias_;
-  std::vector<Eigen::Matrix3Xd> blocks;
-  Eigen::Index at = 0;
-  for (const Eigen::Index size : block_sizes_) {
-    blocks.emplace_back(bias.middleCols(at, size));
-    at += size;
-  }
-  return std::sqrt((rows * noise_).squaredNorm() + bound_bias(blocks).upper);
+  return std::sqrt((rows * noise_).squaredNorm() + bound_bias(rows * bias_, block_sizes_).upper);
 }
 
 }  // namespace trammel::inline TRAMMEL_ABI::estimate

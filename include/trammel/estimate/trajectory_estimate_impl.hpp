@@ -9,6 +9,8 @@
 #include <utility>
 
 #include "trammel/core/error.hpp"
+#include "trammel/estimate/bias_bound.hpp"
+#include "trammel/estimate/bounded_motion.hpp"
 #include "trammel/estimate/observed.hpp"
 #include "trammel/estimate/pointwise_guarantee.hpp"
 #include "trammel/estimate/trajectory_estimate.hpp"
@@ -62,12 +64,19 @@ inline minimax::Solution solve_by(const EstimateSettings& settings, const Guaran
 /// sqrt of a certified squared error; rounding below zero is zero, NaN stays.
 inline double root(double square) { return std::sqrt(square < 0.0 ? 0.0 : square); }
 
-/// Certified rms error without measurements.
-inline double prior_rms(const EstimateSettings& settings, const GuaranteedProblem& problem,
-                        const ProgressObserver& observe) {
-  GuaranteedProblem unmeasured = problem;
-  unmeasured.information_factor.resize(0, problem.parameters());
-  return root(solve_by(settings, unmeasured, observe).upper);
+/// Certified rms error without measurements, where the bounds alone limit it.
+inline double prior_rms(const TrajectoryProblem& problem, const MotionBounds& bounds) {
+  const BoundedMotion motion = bounded_motion(problem.coordinates, bounds);
+  const Eigen::MatrixXd& C = problem.problem.criterion_factor;
+  // Motions that the criterion sees by rounding errors only do not count.
+  constexpr double kRounding = 1e-12;
+  for (Eigen::Index j = 0; j < motion.free.cols(); ++j) {
+    const Eigen::VectorXd z = motion.free.col(j);
+    if ((C * z).norm() > kRounding * C.norm() * z.norm()) {
+      return std::numeric_limits<double>::infinity();
+    }
+  }
+  return std::sqrt(bound_bias(C * motion.bounded, motion.block_sizes).upper);
 }
 
 /// The direction of the least favourable prior that moves the criterion most, scaled to touch the bounds;
@@ -186,12 +195,15 @@ TRAMMEL_INLINE TrajectoryEstimate evaluate_solution(const Scenario& scenario,
   result.observations = problem.observations;
   result.guaranteed_rms_m = detail::root(solution.upper);
   result.lower_bound_rms_m = detail::root(solution.lower);
+  result.prior_rms_m = detail::prior_rms(problem, scenario.bounds);
   result.nominal = detail::nominal_on_grid(problem.nominal, times);
   const std::optional<GaussMarkov> unbounded_estimate = gauss_markov(problem);
   if (unbounded_estimate) {
     result.gauss_markov_rms_m = unbounded_estimate->rms_m;
   }
-  result.unbounded_directions = detail::direction_words(coordinates, solution.unbounded_directions);
+  if (solution.unbounded_directions.cols() > 0) {
+    result.unbounded_directions = detail::direction_words(coordinates, solution.unbounded_directions);
+  }
   result.lambda_m2 = Eigen::VectorXd::Zero(coordinates.basis().coefficients());
   if (solution.status == SolveStatus::kUnbounded) {
     result.lambda_m2.setConstant(std::numeric_limits<double>::quiet_NaN());
@@ -239,12 +251,8 @@ TRAMMEL_INLINE TrajectoryEstimate estimate_trajectory(const Scenario& scenario,
     observe({.phase = "reading measurements", .fraction = 0.0});
   }
   const TrajectoryProblem problem = assemble(scenario);
-  TrajectoryEstimate result = evaluate_solution(
-      scenario, problem, detail::solve_by(settings, problem.problem, observe), settings, observe);
-  result.prior_rms_m = problem.problem.information_factor.rows() == 0
-                           ? result.guaranteed_rms_m
-                           : detail::prior_rms(settings, problem.problem, observe);
-  return result;
+  return evaluate_solution(scenario, problem, detail::solve_by(settings, problem.problem, observe), settings,
+                           observe);
 }
 
 }  // namespace trammel::inline TRAMMEL_ABI::estimate

@@ -3,6 +3,7 @@
 /// Definitions of motion_coordinates.hpp.
 #pragma once
 
+#include <string>
 #include <utility>
 
 #include "trammel/core/error.hpp"
@@ -68,6 +69,8 @@ TRAMMEL_INLINE void MotionCoordinates::set_scale(const Eigen::VectorXd& scale) {
 }
 
 TRAMMEL_INLINE Eigen::MatrixXd MotionCoordinates::restrict_rows(const Eigen::MatrixXd& rows) const {
+  require(rows.cols() == all_parameters(), "rows", std::to_string(rows.cols()) + " columns",
+          std::to_string(all_parameters()) + ", three per bound");
   if (null_space_.size() == 0) {
     return rows * scale_.asDiagonal();
   }
@@ -75,6 +78,8 @@ TRAMMEL_INLINE Eigen::MatrixXd MotionCoordinates::restrict_rows(const Eigen::Mat
 }
 
 TRAMMEL_INLINE Eigen::MatrixXd MotionCoordinates::coefficients(const Eigen::MatrixXd& z) const {
+  require(z.rows() == parameters(), "z", std::to_string(z.rows()) + " rows",
+          std::to_string(parameters()) + ", the number of parameters");
   const Eigen::MatrixXd scaled = scale_.asDiagonal() * z;
   return null_space_.size() == 0 ? scaled : Eigen::MatrixXd(null_space_ * scaled);
 }
