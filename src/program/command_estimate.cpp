@@ -46,7 +46,8 @@ int run(const EstimateOptions& options) {
   std::optional<io::PathSamples> truth;
   if (!options.truth.empty()) {
     truth = io::read_path(options.truth, input.scenario.knots_s.front(), input.scenario.knots_s.back());
-    input.inputs.push_back({options.truth, io::sha256(io::read_text(options.truth))});
+    input.inputs.push_back(
+        {std::filesystem::path(options.truth).filename().string(), io::sha256(io::read_text(options.truth))});
   }
   if (!options.folder.empty()) {
     io::create_folder(options.folder);  // before the work, so that a wrong folder does not waste it

@@ -65,12 +65,12 @@ function writeTop() {
 // ---- curves -------------------------------------------------------------------------------------------
 
 const styles = () => ({
-  truth: {label: "true path", stroke: css("--truth"), width: 1.6, dash: []},
-  estimate: {label: "guaranteed estimate", stroke: css("--estimate"), width: 2.4, dash: []},
+  truth: {label: "true path", stroke: css("--truth"), width: 5, dash: []},
+  estimate: {label: "guaranteed estimate", stroke: css("--estimate"), width: 2, dash: []},
   gauss_markov: {label: "Gauss\u2013Markov", stroke: css("--gauss"), width: 1.6, dash: [7, 4]},
   nominal: {label: "reference (nominal)", stroke: css("--nominal"), width: 1.5, dash: [2, 4]},
 });
-const paths = () => ["nominal", "gauss_markov", "estimate", "truth"].filter(name => data.grid[name]);
+const paths = () => ["truth", "nominal", "gauss_markov", "estimate"].filter(name => data.grid[name]);
 
 function legend(entries) {
   const box = element("div", {class: "legend"});
@@ -113,14 +113,15 @@ function drawPlan(box) {
   const margin = 0.06 * Math.max(x1 - x0, y1 - y0, 1);
   [x0, x1, y0, y1] = [x0 - margin, x1 + margin, y0 - margin, y1 + margin];
   const width = Math.max(320, box.clientWidth), left = 70, bottom = 46, top = 8, right = 12;
-  const room = width - left - right;
-  const high = Math.min(620, Math.max(300, room * (y1 - y0) / (x1 - x0)));
+  const widest = width - left - right, highest = 640;
+  const high = Math.min(highest, Math.max(300, widest * (y1 - y0) / (x1 - x0)));
+  const room = Math.min(widest, Math.max(420, 1.3 * high * (x1 - x0) / (y1 - y0)));   // no empty sides
   const scale = Math.min(room / (x1 - x0), high / (y1 - y0));   // one scale: equal aspect
   const px = x => left + room / 2 + (x - (x0 + x1) / 2) * scale;
   const py = y => top + high / 2 - (y - (y0 + y1) / 2) * scale;
   const xlow = (x0 + x1) / 2 - room / 2 / scale, xhigh = (x0 + x1) / 2 + room / 2 / scale;
   const ylow = (y0 + y1) / 2 - high / 2 / scale, yhigh = (y0 + y1) / 2 + high / 2 / scale;
-  const svg = element("svg", {width, height: high + top + bottom, role: "img", "aria-label": "Plan view of the flight"});
+  const svg = element("svg", {width: left + room + right, height: high + top + bottom, role: "img", "aria-label": "Plan view of the flight"});
   svg.append(element("defs", {}, element("clipPath", {id: "frame"},
     element("rect", {x: left, y: top, width: room, height: high}))));
   const each = Math.max(3, Math.round(room / 110));
@@ -159,7 +160,7 @@ function drawPlan(box) {
   const first = data.grid[centre];
   inside.append(element("circle", {cx: px(first[0][0]), cy: py(first[1][0]), r: 4.5, fill: css("--paper"),
     stroke: css("--ink"), "stroke-width": 1.6}),
-    element("text", {x: px(first[0][0]) + 9, y: py(first[1][0]) - 7}, "start"));
+    element("text", {x: px(first[0][0]) - 9, y: py(first[1][0]) + 4, "text-anchor": "end"}, "start"));
   for (const s of near) {
     const [x, y] = [px(s.position[0]), py(s.position[1])];
     inside.append(element("path", {d: `M${x} ${y - 7}L${x + 6.5} ${y + 5}L${x - 6.5} ${y + 5}Z`, fill: css("--ink")}),
@@ -240,7 +241,7 @@ function drawError(box) {
   const series = [{...s.estimate, label: "guaranteed rms (proved at each time)", values: g.guaranteed_rms, width: 2.6}];
   let note = "Guaranteed rms error of the position at each time, for the same estimator. ";
   if (data.errors) {
-    series.push({label: "actual error of the estimate", stroke: s.truth.stroke, width: 1.5, values: data.errors.estimate});
+    series.push({label: "actual error of the estimate", stroke: css("--ink"), width: 1.5, values: data.errors.estimate});
     if (data.errors.gauss_markov) {
       series.push({label: "actual error of Gauss\u2013Markov", stroke: s.gauss_markov.stroke, width: 1.5, dash: [7, 4],
         values: data.errors.gauss_markov});
@@ -272,8 +273,8 @@ function drawWorst(box) {
   const colours = ["--estimate", "--gauss", "--second"], dashes = [[], [7, 4], [2, 3]];
   const series = data.worst.map((values, i) => ({label: ["x (east)", "y (north)", "z (up)"][i] || "?", values,
     stroke: css(colours[i]), dash: dashes[i], width: 2}));
-  byId("worst-note").textContent = "The leading direction of the least favourable motion within the bounds, as deviation " +
-    "from the reference: what the measurements tell least about, and the bounds allow.";
+  byId("worst-note").textContent = "The leading direction of the least favourable prior, weighed by the criterion and " +
+    "scaled to touch the bounds: a deviation from the reference of the kind that sets the guaranteed error.";
   plot(box, {series, yLabel: "deviation (m)", lines: [0]});
 }
 
@@ -282,16 +283,17 @@ function drawResiduals(box) {
   byId("residual-note").textContent = "Measured minus computed at the estimate, decorrelated and in units of sigma. " +
     "Good data scatter about 0 and nearly all lie within \u00b13 (dashed)." +
     (isNumber(data.numbers.chi2) ? ` Sum of squares ${number(data.numbers.chi2)} over ${data.numbers.components} components.` : "");
-  for (const r of data.residuals) {
-    const cell = element("div");
-    box.append(cell);
+  const holders = data.residuals.map(r => {   // all in place before the first is measured
     const holder = element("div", {class: "plot"});
-    cell.append(element("h3", {}, r.station + " ", element("small", {}, r.component)), holder);
+    box.append(element("div", {}, element("h3", {}, r.station + " ", element("small", {}, r.component)), holder));
+    return holder;
+  });
+  data.residuals.forEach((r, k) => {
     const most = Math.max(4, ...r.values.map(Math.abs));
-    plot(holder, {x: r.t, yLabel: "sigma", height: 190, lines: [-3, 0, 3], yRange: () => [-1.08 * most, 1.08 * most],
+    plot(holders[k], {x: r.t, yLabel: "sigma", height: 190, lines: [-3, 0, 3], yRange: () => [-1.08 * most, 1.08 * most],
       series: [{stroke: css("--estimate"), width: 0, paths: () => null, values: r.values,
         points: {show: true, size: 4, fill: css("--estimate"), stroke: css("--estimate")}}]});
-  }
+  });
 }
 
 function drawShares(box) {
