@@ -3,10 +3,13 @@
 
 # Build and libraries of the program.
 packages_build="cmake ninja-build g++ pkg-config libeigen3-dev libcli11-dev nlohmann-json3-dev libtomlplusplus-dev libssl-dev"
-# Tests: GoogleTest, automatic differentiation (Ceres), property tests, exact arithmetic; xz and zip are not needed.
+# Tests: GoogleTest, automatic differentiation (Ceres), property tests.
 packages_test="libgtest-dev libgmock-dev libceres-dev librapidcheck-dev"
 # The browser that looks at the report page; tests that need it are skipped where it cannot be installed.
 packages_browser="chromium"
+
+# Format and static analysis, for .ci/run.
+packages_check="clang-format clang-tidy git"
 
 # missing_of PACKAGE... prints those that are not installed.
 missing_of() {

@@ -13,7 +13,6 @@ namespace trammel::report {
 
 namespace {
 
-using estimate::PathTable;
 using estimate::TrajectoryEstimate;
 using io::Json;
 
