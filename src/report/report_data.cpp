@@ -293,6 +293,10 @@ std::vector<std::string> warnings(const ReportInput& input) {
         rounded(kSmallLinearisationRatio) +
         "). The guarantee holds for the linear model only; take a reference closer to the flight.");
   }
+  if (input.scenario.relinearise && estimate.observed->linearisation.iterations == 0) {
+    list.push_back(
+        "Relinearisation was asked for and not made: this result is linearised about the reference.");
+  }
   const auto components = static_cast<double>(count_components(estimate));
   constexpr double kUnlikely = 6.0;  // standard deviations of chi-squared above its mean
   if (estimate.observed->chi2 > components + kUnlikely * std::sqrt(2.0 * components)) {

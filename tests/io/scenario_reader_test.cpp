@@ -9,12 +9,14 @@
 
 #include "io/file.hpp"
 #include "io/measurement_csv.hpp"
+#include "replaced.hpp"
 #include "temporary_folder.hpp"
 #include "trammel/core/error.hpp"
 
 namespace {
 
 using namespace trammel;
+using test::replaced;
 
 constexpr const char* kScenario = R"(title = "two stations"
 [model]
@@ -56,12 +58,6 @@ constexpr const char* kObservations =
     "0,radar,0.46,0.22,2290\n"
     "\n"
     "40,ranger,3900\n";
-
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const auto at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
 
 std::string error_of(const std::string& scenario, const std::string& observations = kObservations,
                      const std::string& nominal = "") {
@@ -193,13 +189,13 @@ TEST(ScenarioReader, BadScenariosNameLineKeyFoundAndExpected) {
       {"name = \"ranger\"", "name = \"radar\"", "station[1].name: found \"radar\" a second time"},
       {"kind = \"range\"", "kind = \"sonar\"",
        "s.toml:21: station[1].kind: found \"sonar\", expected one of"},
-      {"[[9]]", "[[9, 0], [0, 9]]",
-       "s.toml:23: station[1] covariance: found 2 x 2 entries, expected 1 x 1"},
+      {"[[9]]", "[[9, 0], [0, 9]]", "s.toml:23: station[1] covariance: found 2 x 2 entries, expected 1 x 1"},
       {"[[9]]", "[[-9]]",
        "s.toml:23: station[1] covariance: found variance -9.000000, expected a positive definite matrix"},
       {"[[9]]", "[[inf]]", "station[1].covariance[0][0]: found inf, expected a finite number"},
       {"[0, 1e-6, 0]", "[1e-7, 1e-6, 0]",
-       "s.toml:17: station[0] covariance: found entries 0.000000 and 0.000000 in mirrored places, expected a symmetric"},
+       "s.toml:17: station[0] covariance: found entries 0.000000 and 0.000000 in mirrored places, expected a "
+       "symmetric"},
       {"[[1e-6, 0, 0], [0, 1e-6, 0]", "[[1e-6, 2e-6, 0], [2e-6, 1e-6, 0]",
        "s.toml:17: station[0] covariance: found a matrix with a negative or zero eigenvalue"},
       {"[[1e-6, 0, 0], [0, 1e-6, 0]", "[[1e-6, 1e-6, 0], [1e-6, 1e-6, 0]",

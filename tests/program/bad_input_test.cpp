@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "io/replaced.hpp"
 #include "run_program.hpp"
 
 namespace {
@@ -17,13 +18,6 @@ void expect_refused(const test::ProgramRun& run, const std::string& words) {
   EXPECT_EQ(run.output, "");
   EXPECT_NE(run.errors.find(words), std::string::npos) << run.errors;
   EXPECT_EQ(run.errors.rfind("trammel: ", 0), 0U) << run.errors;
-}
-
-std::string with(const std::string& from, const std::string& to) {
-  std::string text = test::small_scenario();
-  const auto at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
 }
 
 TEST(BadInput, ScenarioErrorsReachTheUser) {
@@ -41,7 +35,7 @@ TEST(BadInput, ScenarioErrorsReachTheUser) {
        "[1300, 2000, 510]\ncovariance = [[9]]\ntimes_s = [10]", "ranger"},
   };
   for (const auto& [from, to, words] : cases) {
-    (void)folder.write("s.toml", with(from, to));
+    (void)folder.write("s.toml", test::replaced(test::small_scenario(), from, to));
     expect_refused(run_program(folder, "design s.toml --json"), words);
   }
   (void)folder.write("s.toml", "");

@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "io/csv.hpp"
+#include "io/replaced.hpp"
 #include "run_program.hpp"
 
 namespace {
@@ -109,8 +110,8 @@ TEST(Estimate, SummaryIsForPeople) {
 
 TEST(ExitCodes, UnboundedNamesTheDirectionAndIterationLimitIsSaid) {
   const test::TemporaryFolder folder;
-  std::string unbounded = test::small_scenario();
-  unbounded.replace(unbounded.find("velocity_mps = 5"), 16, "velocity_mps = [5, 5, inf]");
+  std::string unbounded =
+      test::replaced(test::small_scenario(), "velocity_mps = 5", "velocity_mps = [5, 5, inf]");
   unbounded = unbounded.substr(0, unbounded.find("[[station]]"));  // bounds alone
   (void)folder.write("u.toml", unbounded);
   const auto run = run_program(folder, "design u.toml --json --out u");
@@ -129,9 +130,8 @@ TEST(ExitCodes, UnboundedNamesTheDirectionAndIterationLimitIsSaid) {
 
 TEST(Interrupt, LeavesNoHalfWrittenFile) {
   const test::TemporaryFolder folder;
-  std::string large = test::small_scenario();
-  large.replace(large.find("[0, 10, 20, 30]"), 15, "{start = 0, stop = 3000, step = 10}");
-  (void)folder.write("s.toml", large);
+  (void)folder.write("s.toml", test::replaced(test::small_scenario(), "[0, 10, 20, 30]",
+                                              "{start = 0, stop = 3000, step = 10}"));
   std::filesystem::create_directory(folder.path() / "out");
   (void)folder.write("out/result.json", "old");
   const pid_t child = ::fork();

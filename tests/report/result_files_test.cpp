@@ -76,13 +76,17 @@ TEST(TrajectoryCsv, ReadsBack) {
 }
 
 TEST(Warnings, LinearisationAndResiduals) {
-  const io::ScenarioInput scenario = test::sample_scenario();
+  io::ScenarioInput scenario = test::sample_scenario();
   estimate::TrajectoryEstimate estimate = test::sample_estimate();
   EXPECT_TRUE(report::warnings({scenario, estimate}).empty());
   estimate.observed->linearisation.ratio = 0.5;
   ASSERT_EQ(report::warnings({scenario, estimate}).size(), 1U);
   EXPECT_NE(report::warnings({scenario, estimate})[0].find("0.5 sigma"), std::string::npos);
   estimate.observed->chi2 = 1000.0;
+  EXPECT_EQ(report::warnings({scenario, estimate}).size(), 2U);
+  scenario.relinearise = true;
+  EXPECT_EQ(report::warnings({scenario, estimate}).size(), 3U);
+  estimate.observed->linearisation.iterations = 4;
   EXPECT_EQ(report::warnings({scenario, estimate}).size(), 2U);
 }
 
