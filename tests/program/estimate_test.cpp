@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+// The commands estimate, design and simulate through the program itself.
+#include <chrono>
+#include <string>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "io/csv.hpp"
+#include "io/replaced.hpp"
+#include "run_program.hpp"
+
+namespace {
+
+using namespace trammel;
+using test::run_program;
+
+constexpr const char* kObserved = "[observations]\nfile = \"obs.csv\"\n";
+
+TEST(Design, PrintsTheContractAndNothingElse) {
+  const test::TemporaryFolder folder;
+  (void)folder.write("s.toml", test::small_scenario());
+  const auto run = run_program(folder, "design s.toml --json");
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_EQ(run.errors, "");
+  const io::Json json = run.json();
+  EXPECT_EQ(json.at("status"), "optimal");
+  EXPECT_EQ(json.at("parameters"), 15);
+  EXPECT_EQ(json.at("observations"), 34);
+  EXPECT_LE(json.at("relative_gap").get<double>(), 1e-8);
+  const double upper = json.at("guaranteed_rms_m");
+  EXPECT_GE(upper, json.at("lower_bound_rms_m").get<double>());
+  EXPECT_LT(upper, json.at("gauss_markov_rms_m").get<double>());
+  EXPECT_EQ(json.at("lambda_m2").size(), 5U);
+  EXPECT_FALSE(json.contains("estimate"));
+}
+
+TEST(Design, MatchesThePublishedExampleOfUniformMotion) {
+  // Bounds on start and velocity only, one station at 40 times: guaranteed 215.703247 m, Gauss-Markov
+  // 363.391937 m.
+  const test::TemporaryFolder folder;
+  std::string times;
+  for (int k = 0; k < 40; ++k) {
+    times += (k == 0 ? "" : ", ") + io::shortest(10.0 * k / 39);
+  }
+  (void)folder.write("s.toml",
+                     "[model]\nknots_s = [0, 10]\n[nominal]\nposition_m = [-1000, 25000, 9500]\n"
+                     "velocity_mps = [70, 90, 5]\n[bounds]\nposition_m = 250\nvelocity_mps = 25\n"
+                     "acceleration_mps2 = 0\n[criterion]\nkind = \"times\"\ntimes_s = [" +
+                         times +
+                         "]\n[[station]]\nname = \"one\"\nkind = \"direction_cosines_range\"\n"
+                         "position_m = [0, 0, 0]\ncovariance = [[302e-6, 44.4e-6, -20.84e-3], "
+                         "[44.4e-6, 414e-6, 30.63e-3], [-20.84e-3, 30.63e-3, 403.17]]\ntimes_s = [" +
+                         times + "]\n");
+  const io::Json json = run_program(folder, "design s.toml --json").json();
+  EXPECT_EQ(json.at("parameters"), 6);
+  EXPECT_NEAR(json.at("guaranteed_rms_m").get<double>(), 215.70324665, 1e-7 * 215.7);
+  EXPECT_NEAR(json.at("lower_bound_rms_m").get<double>(), 215.70324665, 1e-7 * 215.7);
+  EXPECT_NEAR(json.at("gauss_markov_rms_m").get<double>(), 363.39193713820873, 1e-7 * 363.4);
+}
+
+TEST(Simulate, TheSameSeedGivesTheSameMeasurements) {
+  const test::TemporaryFolder folder;
+  (void)folder.write("s.toml", test::small_scenario(kObserved));  // obs.csv need not exist yet
+  (void)folder.write("truth.csv", test::kSmallTruth);
+  const auto first = run_program(folder, "simulate s.toml truth.csv --seed 7");
+  EXPECT_EQ(first.exit_code, 0) << first.errors;
+  EXPECT_EQ(first.output, run_program(folder, "simulate s.toml truth.csv --seed 7").output);
+  EXPECT_NE(first.output, run_program(folder, "simulate s.toml truth.csv --seed 8").output);
+  EXPECT_EQ(first.output.rfind("t_s,station,y1,y2,y3\n0,radar,", 0), 0U) << first.output.substr(0, 80);
+}
+
+TEST(Estimate, WritesResultTrajectoryAndReport) {
+  const test::TemporaryFolder folder;
+  (void)folder.write("s.toml", test::small_scenario(kObserved));
+  (void)folder.write("truth.csv", test::kSmallTruth);
+  ASSERT_EQ(run_program(folder, "simulate s.toml truth.csv --seed 3 --out obs.csv").exit_code, 0);
+  const auto run = run_program(folder, "estimate s.toml --truth truth.csv --out result --json");
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_EQ(run.errors, "");
+  EXPECT_EQ(run.output, io::read_text(folder.path() / "result/result.json"));
+  const io::Json json = run.json();
+  EXPECT_EQ(json.at("estimate").at("theta").size(), 15U);
+  EXPECT_GT(json.at("chi2").get<double>(), 30.0);
+  EXPECT_LT(json.at("chi2").get<double>(), 200.0);
+  EXPECT_GT(json.at("truth").at("actual_rms_error_m").get<double>(), 0.0);
+  ASSERT_EQ(json.at("inputs").size(), 3U);
+  EXPECT_EQ(json.at("inputs")[1].at("sha256"), io::sha256(io::read_text(folder.path() / "obs.csv")));
+  const io::CsvTable table = io::read_csv(folder.path() / "result/trajectory.csv");
+  EXPECT_EQ(table.number(0, table.column("t_s")), 0.0);
+  EXPECT_EQ(table.number(table.rows.size() - 1, table.column("t_s")), 30.0);
+  EXPECT_NE(io::read_text(folder.path() / "result/report.html").find("</html>"), std::string::npos);
+  const io::Json design = run_program(folder, "design s.toml --json").json();
+  EXPECT_EQ(design.at("guaranteed_rms_m"), json.at("guaranteed_rms_m"));
+}
+
+TEST(Estimate, SummaryIsForPeople) {
+  const test::TemporaryFolder folder;
+  (void)folder.write("s.toml", test::small_scenario());
+  const auto run = run_program(folder, "estimate s.toml");
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_NE(run.output.find("guaranteed rms error"), std::string::npos);
+  EXPECT_NE(run.output.find("No measured values"), std::string::npos);
+}
+
+TEST(ExitCodes, UnboundedNamesTheDirectionAndIterationLimitIsSaid) {
+  const test::TemporaryFolder folder;
+  std::string unbounded =
+      test::replaced(test::small_scenario(), "velocity_mps = 5", "velocity_mps = [5, 5, inf]");
+  unbounded = unbounded.substr(0, unbounded.find("[[station]]"));  // bounds alone
+  (void)folder.write("u.toml", unbounded);
+  const auto run = run_program(folder, "design u.toml --json --out u");
+  EXPECT_EQ(run.exit_code, 3) << run.errors;
+  EXPECT_EQ(run.json().at("status"), "unbounded");
+  EXPECT_TRUE(run.json().at("guaranteed_rms_m").is_null());
+  EXPECT_NE(run.json().at("unbounded_directions").dump().find("velocity z"), std::string::npos);
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "u/report.html"));
+
+  (void)folder.write("l.toml", test::small_scenario("[solver]\nmax_iterations = 1\nrelative_gap = 1e-12\n"));
+  const auto limited = run_program(folder, "design l.toml --json --out l");
+  EXPECT_EQ(limited.exit_code, 4);
+  EXPECT_EQ(limited.json().at("status"), "iteration_limit");
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "l/result.json"));
+}
+
+TEST(Interrupt, LeavesNoHalfWrittenFile) {
+  const test::TemporaryFolder folder;
+  (void)folder.write("s.toml", test::replaced(test::small_scenario(), "[0, 10, 20, 30]",
+                                              "{start = 0, stop = 3000, step = 10}"));
+  std::filesystem::create_directory(folder.path() / "out");
+  (void)folder.write("out/result.json", "old");
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    ::close(STDOUT_FILENO);
+    ::execl(TRAMMEL_PROGRAM, "trammel", "design", (folder.path() / "s.toml").c_str(), "--out",
+            (folder.path() / "out").c_str(), static_cast<char*>(nullptr));
+    ::_exit(127);
+  }
+  std::this_thread::sleep_for(std::chrono::milliseconds(700));
+  ::kill(child, SIGINT);
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 130);
+  EXPECT_EQ(io::read_text(folder.path() / "out/result.json"), "old");
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path() / "out")) {
+    EXPECT_EQ(entry.path().filename(), "result.json");
+  }
+}
+
+}  // namespace
