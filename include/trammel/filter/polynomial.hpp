@@ -54,7 +54,7 @@ using Polynomial = Eigen::VectorXd;
 [[nodiscard]] bool is_stable(const Polynomial& denominator_d);
 
 /// Integral over [0, 1] of |p(s)|, exact up to rounding: p is integrated between its sign changes.
-[[nodiscard]] double integrate_absolute(const Polynomial& p);
+[[nodiscard]] double integrate_absolute(const Eigen::Ref<const Eigen::VectorXd>& p);
 
 }  // namespace trammel::inline TRAMMEL_ABI::filter
 

@@ -91,6 +91,25 @@ inline std::vector<double> sign_changes(const Polynomial& p) {
   return points;
 }
 
+/// True if the Bernstein coefficients of p on [0, 1] show that it does not change its sign there. (That
+/// they do not show it proves nothing.)
+inline bool keeps_sign(const Eigen::Ref<const Eigen::VectorXd>& p) {
+  const Eigen::Index degree = p.size() - 1;
+  bool positive = false;
+  bool negative = false;
+  for (Eigen::Index i = 0; i <= degree; ++i) {
+    double coefficient = 0.0;
+    double ratio = 1.0;  // C(i, j) / C(degree, j)
+    for (Eigen::Index j = 0; j <= i; ++j) {
+      coefficient += ratio * p[j];
+      ratio *= static_cast<double>(i - j) / static_cast<double>(std::max<Eigen::Index>(degree - j, 1));
+    }
+    positive = positive || coefficient > 0.0;
+    negative = negative || coefficient < 0.0;
+  }
+  return !(positive && negative);
+}
+
 }  // namespace detail
 
 TRAMMEL_INLINE Polynomial constant(double value) { return Polynomial::Constant(1, value); }
@@ -232,7 +251,14 @@ TRAMMEL_INLINE bool is_stable(const Polynomial& denominator_d) {
   return detail::is_hurwitz(mapped);
 }
 
-TRAMMEL_INLINE double integrate_absolute(const Polynomial& p) {
+TRAMMEL_INLINE double integrate_absolute(const Eigen::Ref<const Eigen::VectorXd>& p) {
+  if (detail::keeps_sign(p)) {  // nearly all intervals of a kernel: no memory is taken
+    double integral = 0.0;
+    for (Eigen::Index i = 0; i < p.size(); ++i) {
+      integral += p[i] / static_cast<double>(i + 1);
+    }
+    return std::abs(integral);
+  }
   Polynomial antiderivative = Polynomial::Zero(p.size() + 1);
   for (Eigen::Index i = 0; i < p.size(); ++i) {
     antiderivative[i + 1] = p[i] / static_cast<double>(i + 1);
