@@ -134,8 +134,11 @@ TRAMMEL_INLINE double factorial(int n) {
 
 TRAMMEL_INLINE FilterSpecification from_gains(int order, double sampling_s, const Eigen::VectorXd& gains,
                                               FilterMode mode) {
-  FilterSpecification specification{
-      .order = order, .rows = static_cast<int>(gains.size()), .sampling_s = sampling_s, .mode = mode};
+  FilterSpecification specification;
+  specification.order = order;
+  specification.rows = static_cast<int>(gains.size());
+  specification.sampling_s = sampling_s;
+  specification.mode = mode;
   for (const double gain : gains) {
     specification.a.push_back(constant(1.0));
     specification.b.push_back(constant(1.0 - gain));
