@@ -6,9 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
 
 #include "trammel/core/error.hpp"
 #include "trammel/filter/analysis.hpp"
+#include "trammel/filter/design_impl.hpp"
+#include "trammel/filter/polynomial_impl.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::filter {
 

@@ -8,6 +8,7 @@
 
 #include "trammel/core/error.hpp"
 #include "trammel/filter/design.hpp"
+#include "trammel/filter/polynomial_impl.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::filter {
 

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "trammel/core/error.hpp"
+#include "trammel/filter/analysis_impl.hpp"
 #include "trammel/filter/polynomial_impl.hpp"
 #include "trammel/filter/worst_case.hpp"
 
