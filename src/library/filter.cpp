@@ -3,6 +3,8 @@
 #include "trammel/filter/analysis_impl.hpp"
 #include "trammel/filter/design.hpp"
 #include "trammel/filter/design_impl.hpp"
+#include "trammel/filter/general_method.hpp"
+#include "trammel/filter/general_method_impl.hpp"
 #include "trammel/filter/guaranteed_rule.hpp"
 #include "trammel/filter/guaranteed_rule_impl.hpp"
 #include "trammel/filter/minimise.hpp"
