@@ -34,7 +34,8 @@ TEST(Synthesis, AlphaBetaFilter) {
   const FilterAnalysis analysis = analyse(design);
   EXPECT_TRUE(analysis.stable);
   EXPECT_EQ(analysis.astatism, (std::vector<int>{2, 2}));
-  expect_near(analysis.covariance.diagonal(), vec({0.481481481481481481, 0.1333333333333333}), kNoise, "noise");
+  expect_near(analysis.covariance.diagonal(), vec({0.481481481481481481, 0.1333333333333333}), kNoise,
+              "noise");
   EXPECT_NEAR(analysis.prediction_noise_gain, 0.92592592592592593, kNoise);
   EXPECT_NEAR(analysis.error_coefficients(0, 2), 5.0 / 3.0, kSteady);
   EXPECT_NEAR(analysis.error_coefficients(1, 2), 7.0 / 6.0, kSteady);
@@ -167,7 +168,10 @@ TEST(Synthesis, FilteredErrorIsBTimesPredictionError) {
 TEST(Synthesis, RejectsWhatCannotBeInvariant) {
   EXPECT_NE(error_of([] { (void)design_of(2, 1.0, vec({0.5, 0.3, 0.1})); }).find("rows"), std::string::npos);
   EXPECT_NE(error_of([] { (void)design_of(2, 0.0, vec({0.5, 0.3})); }).find("sampling_s"), std::string::npos);
-  EXPECT_NE(error_of([] { (void)design_of(2, -1.0, vec({0.5, 0.3})); }).find("sampling_s"), std::string::npos);
+  EXPECT_NE(error_of([] {
+              (void)design_of(2, -1.0, vec({0.5, 0.3}));
+            }).find("sampling_s"),
+            std::string::npos);
   EXPECT_NE(error_of([] { (void)design_of(0, 1.0, vec({0.5})); }).find("order"), std::string::npos);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_NE(error_of([&] { (void)design_of(2, 1.0, vec({0.5, nan})); }).find("b"), std::string::npos);
@@ -229,11 +233,12 @@ TEST(Analysis, LongMemoriesKeepTheirDigits) {
     const double rest = 1.0 - theta;
     const double cube = std::pow(1.0 + theta, 3);
     expect_near(two.covariance.diagonal(),
-                vec({rest * (1 + 4 * theta + 5 * theta * theta) / cube, 2 * std::pow(rest, 3) / cube}), kNoise,
-                "order 2");
+                vec({rest * (1 + 4 * theta + 5 * theta * theta) / cube, 2 * std::pow(rest, 3) / cube}),
+                kNoise, "order 2");
     EXPECT_NEAR(two.covariance(1, 1) / (2 * std::pow(rest, 3) / cube), 1.0, kNoise);
     const FilterAnalysis three = analyse(design_of(3, 1.0, fading_memory(3, theta)));
-    EXPECT_NEAR(three.covariance(2, 2) / (6 * std::pow(rest, 5) / std::pow(1 + theta, 5)), 1.0, kNoise) << theta;
+    EXPECT_NEAR(three.covariance(2, 2) / (6 * std::pow(rest, 5) / std::pow(1 + theta, 5)), 1.0, kNoise)
+        << theta;
   }
 }
 
@@ -279,12 +284,15 @@ TEST(Analysis, ClosedFormsOfAlphaBetaGamma) {
           << "seed " << kSeed << " trial " << trial << " gains " << gains.transpose();
     };
     check(analysis.covariance(0, 0),
-          (8 * a * a * b + 2 * a * a * g - 12 * a * b * b + a * b * g - 4 * a * g + 8 * b * b) / delta, kNoise);
-    check(analysis.covariance(1, 1), (8 * b * b * b - 4 * b * b * g + (2 - a) * g * g) / (t * t * delta), kNoise);
+          (8 * a * a * b + 2 * a * a * g - 12 * a * b * b + a * b * g - 4 * a * g + 8 * b * b) / delta,
+          kNoise);
+    check(analysis.covariance(1, 1), (8 * b * b * b - 4 * b * b * g + (2 - a) * g * g) / (t * t * delta),
+          kNoise);
     check(analysis.covariance(2, 2), 2 * b * g * g / (std::pow(t, 4) * delta), kNoise);
     check(analysis.covariance(0, 1), b * (2 * a - b) * (4 * b - g) / (t * delta), kNoise);
     check(analysis.prediction_noise_gain,
-          (8 * a * a * b + 2 * a * a * g + 4 * a * b * b + a * b * g - 4 * a * g + 8 * b * b) / delta, kNoise);
+          (8 * a * a * b + 2 * a * a * g + 4 * a * b * b + a * b * g - 4 * a * g + 8 * b * b) / delta,
+          kNoise);
     check(analysis.error_coefficients(0, 3), 2 * (1 - a) * t * t * t / g, kSteady);
     check(analysis.error_coefficients(1, 3), t * t * (24 * a - 12 * b + g) / (12 * g), kSteady);
     check(analysis.error_coefficients(2, 3), t * (4 * b - g) / (2 * g), kSteady);
@@ -306,7 +314,8 @@ TEST(Analysis, SteadyErrorsAgreeWithSimulation) {
     }
     const double now = kCount * t - 50.0;
     for (int row = 0; row < order; ++row) {
-      const double error = std::pow(now, order + 1 - row) / factorial(order + 1 - row) - runner.estimate()[row];
+      const double error =
+          std::pow(now, order + 1 - row) / factorial(order + 1 - row) - runner.estimate()[row];
       const double expected =
           analysis.error_coefficients(row, order) * now + analysis.error_coefficients(row, order + 1);
       EXPECT_NEAR(error, expected, 1e-8 * std::max(1.0, std::abs(expected)))

@@ -121,20 +121,22 @@ struct TableRow {
   int samples;   ///< window in which that one fits
 };
 
-constexpr std::array<TableRow, 7> kFiltered{{{0.01, .253315185707, .040476459096, .246797362439, 1.0212211, 39},
-                                             {0.03, .363800905182, .089971350683, .355864614925, 1.0193054, 27},
-                                             {0.1, .518262, .204603, .509343, 1.0165598, 19},
-                                             {0.3, .677425, .399434, .668659, 1.0131544, 14},
-                                             {1.0, .838231, .741640, .832358, 1.0073283, 11},
-                                             {3.0, .939905, 1.046030, .937745, 1.0032822, 10},
-                                             {10.0, .990807, 1.009012, .990728, 1.0000863, 10}}};
-constexpr std::array<TableRow, 7> kPredicted{{{0.01, .256697486544, .040499084816, .327510407526, 1.0278182, 39},
-                                              {0.03, .371129539855, .089874881048, .552004770778, 1.0294390, 27},
-                                              {0.1, .534847985289, .203584102156, 1.036008992686, 1.0321906, 18},
-                                              {0.3, .707504158630, .401576437097, 2.008107855619, 1.0324693, 14},
-                                              {1.0, .899130373814, .742501339459, 4.870439531976, 1.0244898, 11},
-                                              {3.0, 1.0, 1.0, 14.0, 1.0, 10},
-                                              {10.0, 1.0, 1.0, 105.0, 1.0, 9}}};
+constexpr std::array<TableRow, 7> kFiltered{
+    {{0.01, .253315185707, .040476459096, .246797362439, 1.0212211, 39},
+     {0.03, .363800905182, .089971350683, .355864614925, 1.0193054, 27},
+     {0.1, .518262, .204603, .509343, 1.0165598, 19},
+     {0.3, .677425, .399434, .668659, 1.0131544, 14},
+     {1.0, .838231, .741640, .832358, 1.0073283, 11},
+     {3.0, .939905, 1.046030, .937745, 1.0032822, 10},
+     {10.0, .990807, 1.009012, .990728, 1.0000863, 10}}};
+constexpr std::array<TableRow, 7> kPredicted{
+    {{0.01, .256697486544, .040499084816, .327510407526, 1.0278182, 39},
+     {0.03, .371129539855, .089874881048, .552004770778, 1.0294390, 27},
+     {0.1, .534847985289, .203584102156, 1.036008992686, 1.0321906, 18},
+     {0.3, .707504158630, .401576437097, 2.008107855619, 1.0324693, 14},
+     {1.0, .899130373814, .742501339459, 4.870439531976, 1.0244898, 11},
+     {3.0, 1.0, 1.0, 14.0, 1.0, 10},
+     {10.0, 1.0, 1.0, 105.0, 1.0, 9}}};
 
 TEST(GuaranteedRule, TableOfAlphaBeta) {
   for (const bool predicted : {false, true}) {
@@ -151,7 +153,8 @@ TEST(GuaranteedRule, TableOfAlphaBeta) {
 }
 
 TEST(GuaranteedRule, WithinTheRatioOfTheBestLinearFilter) {
-  // Piecewise constant manoeuvres: there the batch estimate with an unbounded state is the best linear filter.
+  // Piecewise constant manoeuvres: there the batch estimate with an unbounded state is the best linear
+  // filter.
   for (const bool predicted : {false, true}) {
     for (const TableRow& row : predicted ? kPredicted : kFiltered) {
       GuaranteedGoal goal;
@@ -204,13 +207,15 @@ TEST(GuaranteedRule, ClosedFormsForConstantManoeuvres) {
   for (int order = 1; order <= 3; ++order) {
     const double b = 0.7;
     goal = {.order = order,
-            .index = std::sqrt(std::pow(2.0, order - 1) * std::pow(b, 2 * order + 1) / std::pow(2 - b, order + 1)),
+            .index =
+                std::sqrt(std::pow(2.0, order - 1) * std::pow(b, 2 * order + 1) / std::pow(2 - b, order + 1)),
             .output = {.row = 0, .predicted = true},
             .manoeuvre = Manoeuvre::kConstant,
             .family = GainFamily::kFree};
     best = guaranteed_gains(goal);
     expect_near(best.gains, minimum_noise_prediction(order, b), 1e-10, "prediction");
-    const double expected = goal.index * goal.index / std::pow(b, 2 * order) + std::pow(1 - b / 2, -order) - 1;
+    const double expected =
+        goal.index * goal.index / std::pow(b, 2 * order) + std::pow(1 - b / 2, -order) - 1;
     EXPECT_NEAR(best.mean_square_error, expected, 1e-10 * expected);
   }
   // Order 1: Lambda^2 = alpha^3/((1-alpha)(2-alpha)^2), prediction alpha = 1 from Lambda = 1 on.
@@ -228,8 +233,7 @@ TEST(GuaranteedRule, RestrictedFamilies) {
   // Critically damped kernels keep their sign: Lambda^2 = (1-theta)^5 (1+4 theta)/(theta^2 (1+theta)^4).
   const double theta = 0.6;
   GuaranteedGoal goal;
-  goal.index =
-      std::sqrt(std::pow(1 - theta, 5) * (1 + 4 * theta) / (theta * theta * std::pow(1 + theta, 4)));
+  goal.index = std::sqrt(std::pow(1 - theta, 5) * (1 + 4 * theta) / (theta * theta * std::pow(1 + theta, 4)));
   goal.family = GainFamily::kCriticallyDamped;
   expect_near(guaranteed_gains(goal).gains, fading_memory(2, theta), 1e-7, "critically damped");
   // Kalata's curve, constant manoeuvre: Lambda^2 = 2 (1-s)^5 (2+s)/(s^2 (1+s)^2).
@@ -247,8 +251,9 @@ TEST(GuaranteedRule, RejectsWhatItIsNotMadeFor) {
   goal.order = 2;
   goal.index = 0.0;
   EXPECT_NE(error_of([&] { (void)guaranteed_gains(goal); }).find("index"), std::string::npos);
-  EXPECT_NE(error_of([] { (void)batch_problem({.order = 2, .samples = 1, .index = 1.0, .output = {}}); })
-                .find("samples"),
+  EXPECT_NE(error_of([] {
+              (void)batch_problem({.order = 2, .samples = 1, .index = 1.0, .output = {}});
+            }).find("samples"),
             std::string::npos);
 }
 

@@ -38,7 +38,8 @@ TEST(Rules, FadingMemoryClosedForms) {
     const double r = 1.0 - t;
     expect_near(fading_memory(1, t), vec({r}), kFormula, "1");
     expect_near(fading_memory(2, t), vec({1 - t * t, r * r}), kFormula, "2");
-    expect_near(fading_memory(3, t), vec({1 - t * t * t, 1.5 * r * r * (1 + t), 2 * r * r * r}), kFormula, "3");
+    expect_near(fading_memory(3, t), vec({1 - t * t * t, 1.5 * r * r * (1 + t), 2 * r * r * r}), kFormula,
+                "3");
     expect_near(fading_memory(4, t),
                 vec({1 - std::pow(t, 4), r * r * (11 + 14 * t + 11 * t * t) / 6, 4 * std::pow(r, 3) * (1 + t),
                      6 * std::pow(r, 4)}),
@@ -58,19 +59,24 @@ TEST(Rules, MemoriesGrowIntoOneAnother) {
   }
   for (const int n : {1, 2, 3, 10, 1000}) {
     expect_near(expanding_memory(2, n), vec({2.0 * (2 * n - 1), 6.0}) / (n * (n + 1.0)), kFormula, "order 2");
-    expect_near(expanding_memory(3, n), vec({3.0 * (3.0 * n * n - 3 * n + 2), 18.0 * (2 * n - 1), 120.0}) /
-                                            (n * (n + 1.0) * (n + 2.0)), kFormula, "order 3");
+    expect_near(
+        expanding_memory(3, n),
+        vec({3.0 * (3.0 * n * n - 3 * n + 2), 18.0 * (2 * n - 1), 120.0}) / (n * (n + 1.0) * (n + 2.0)),
+        kFormula, "order 3");
   }
   // Finite fading memory, order 2, theta = 0.8, third sample.
-  expect_near(finite_fading_memory(2, 3, 0.8), vec({0.8677685950413223, 0.5371900826446281}), kFormula, "3rd");
+  expect_near(finite_fading_memory(2, 3, 0.8), vec({0.8677685950413223, 0.5371900826446281}), kFormula,
+              "3rd");
 }
 
 TEST(Rules, KalataIndexAndRiccatiAgree) {
   expect_near(kalata(1, 0.1), vec({0.04876562255935639}), kFormula, "alpha");
   expect_near(kalata(2, 1.0), vec({0.75, 0.5}), kFormula, "alpha-beta");
   expect_near(kalata(2, 2.0), vec({0.854101966249685, 0.763932022500210}), kFormula, "alpha-beta");
-  expect_near(kalata(3, 0.1), vec({0.604758751247757, 0.275753887885569, 0.125736430480946}), kFormula, "abg");
-  expect_near(kalata(3, 1.0), vec({0.864317940853744, 0.797962290432881, 0.736700913929816}), kFormula, "abg");
+  expect_near(kalata(3, 0.1), vec({0.604758751247757, 0.275753887885569, 0.125736430480946}), kFormula,
+              "abg");
+  expect_near(kalata(3, 1.0), vec({0.864317940853744, 0.797962290432881, 0.736700913929816}), kFormula,
+              "abg");
   for (const double index : {1e-6, 1e-3, 0.1, 1.0, 10.0, 1e3}) {
     expect_near(kalman(2, ProcessNoise::kDiscrete, index), kalata(2, index), 1e-11, "discrete");
     expect_near(kalman(3, ProcessNoise::kIncrements, index), kalata(3, index), 1e-11, "increments");
@@ -81,8 +87,8 @@ TEST(Rules, KalataIndexAndRiccatiAgree) {
     const Eigen::VectorXd gains = kalman(2, ProcessNoise::kContinuous, index);
     EXPECT_NEAR(gains[1] * gains[1] / (1.0 - gains[0]) / (index * index), 1.0, 1e-9) << index;
   }
-  expect_near(kalman(2, ProcessNoise::kContinuous, 1.0), vec({0.756738198274059, 0.493215776031080}), kFormula,
-              "continuous");
+  expect_near(kalman(2, ProcessNoise::kContinuous, 1.0), vec({0.756738198274059, 0.493215776031080}),
+              kFormula, "continuous");
   expect_near(benedict_bordner_from_index(1.0), vec({0.769087251503358, 0.480533816184295}), kFormula, "BB");
 }
 
@@ -136,8 +142,8 @@ TEST(Rules, LeastNoiseOfThePrediction) {
   expect_near(minimum_noise_prediction(3, b),
               vec({b * (8 - 4 * b + b * b) / 4, b * b * (2 - b) / 2, 2 * b * b * b}), kFormula, "order 3");
   expect_near(minimum_noise_prediction(4, b),
-              vec({b * (2 - b) * (8 - 4 * b + b * b) / 8, b * b * (18 - 9 * b + 2 * b * b) / 6, b * b * b * (2 - b),
-                   6 * std::pow(b, 4)}),
+              vec({b * (2 - b) * (8 - 4 * b + b * b) / 8, b * b * (18 - 9 * b + 2 * b * b) / 6,
+                   b * b * b * (2 - b), 6 * std::pow(b, 4)}),
               kFormula, "order 4");
   EXPECT_NE(error_of([] { (void)minimum_noise_prediction(2, 2.0); }), "no error");
 }
