@@ -113,7 +113,7 @@ inline std::optional<Eigen::VectorXd> closed_form(const GuaranteedGoal& goal) {
   if (goal.order == 2 && goal.output.row == 0 && steady) {
     const double t =
         bisect([&](double x) { return 8.0 * std::pow(x, 5) - square * (1.0 - x) * (1.0 - x); }, 0.0, 1.0);
-    return Eigen::Vector2d(2.0 * t / (1.0 + t * t), 4.0 * t * t / (1.0 + t * t));
+    return two_gains(2.0 * t / (1.0 + t * t), 4.0 * t * t / (1.0 + t * t));
   }
   return std::nullopt;
 }

@@ -26,6 +26,12 @@ inline void require_index(double index, const char* name) {
   require(std::isfinite(index) && index > 0.0, name, std::to_string(index), "a positive number");
 }
 
+inline Eigen::VectorXd two_gains(double alpha, double beta) {
+  Eigen::VectorXd gains(2);
+  gains << alpha, beta;
+  return gains;
+}
+
 /// Root of an increasing function between low and high, to the last digit.
 template <class Function>
 double bisect(const Function& function, double low, double high) {
@@ -237,7 +243,7 @@ TRAMMEL_INLINE Eigen::VectorXd kalman(const Eigen::MatrixXd& process_noise) {
 
 TRAMMEL_INLINE Eigen::VectorXd benedict_bordner(double alpha) {
   require(alpha > 0.0 && alpha <= 1.0, "alpha", std::to_string(alpha), "a number above 0 and at most 1");
-  return Eigen::Vector2d(alpha, alpha * alpha / (2.0 - alpha));
+  return detail::two_gains(alpha, alpha * alpha / (2.0 - alpha));
 }
 
 TRAMMEL_INLINE Eigen::VectorXd benedict_bordner_from_index(double index) {
@@ -293,7 +299,7 @@ TRAMMEL_INLINE Eigen::VectorXd minimum_noise_estimate(int order, double lag) {
   }
   if (order == 2) {
     const double t = 1.0 / (1.0 + 2.0 * std::sqrt(lag));
-    return Eigen::Vector2d(2.0 * t / (1.0 + t * t), 4.0 * t * t / (1.0 + t * t));
+    return detail::two_gains(2.0 * t / (1.0 + t * t), 4.0 * t * t / (1.0 + t * t));
   }
   require(lag > 0.0, "lag", "0", "a positive number for orders above 2");
   // lag = (1 - alpha) (v-1)! / kappa_(v-1): the last gain follows from the first. Search over the logarithms
