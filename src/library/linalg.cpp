@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "trammel/linalg/cholesky.hpp"
+#include "trammel/linalg/eigenvalues.hpp"
 #include "trammel/linalg/lu.hpp"
 #include "trammel/linalg/qr.hpp"
 #include "trammel/linalg/svd.hpp"
@@ -11,4 +12,6 @@ template class Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>;
 template class Eigen::HouseholderQR<Eigen::MatrixXd>;
 template class Eigen::ColPivHouseholderQR<Eigen::MatrixXd>;
 template class Eigen::PartialPivLU<Eigen::MatrixXd>;
+template class Eigen::PartialPivLU<Eigen::MatrixXcd>;
+template class Eigen::EigenSolver<Eigen::MatrixXd>;
 template class Eigen::JacobiSVD<Eigen::MatrixXd>;

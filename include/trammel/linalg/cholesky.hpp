@@ -15,6 +15,9 @@ using Cholesky = Eigen::LLT<Eigen::MatrixXd>;
 using InPlaceCholesky = Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>>;
 /// P A P' = L D L', A symmetric positive or negative semidefinite.
 using PivotedCholesky = Eigen::LDLT<Eigen::MatrixXd>;
+/// A = L L' of a small matrix of fixed size, without memory from the heap.
+template <class Scalar, int Size>
+using FixedCholesky = Eigen::LLT<Eigen::Matrix<Scalar, Size, Size>>;
 
 }  // namespace trammel::inline TRAMMEL_ABI::linalg
 

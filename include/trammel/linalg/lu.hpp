@@ -11,9 +11,12 @@ namespace trammel::inline TRAMMEL_ABI::linalg {
 
 /// P A = L U with row pivoting, A invertible.
 using Lu = Eigen::PartialPivLU<Eigen::MatrixXd>;
+/// The same for complex matrices (frequency responses).
+using ComplexLu = Eigen::PartialPivLU<Eigen::MatrixXcd>;
 
 }  // namespace trammel::inline TRAMMEL_ABI::linalg
 
 #ifdef TRAMMEL_COMPILED
 extern template class Eigen::PartialPivLU<Eigen::MatrixXd>;
+extern template class Eigen::PartialPivLU<Eigen::MatrixXcd>;
 #endif

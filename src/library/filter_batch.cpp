@@ -1,0 +1,3 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "trammel/filter/batch_bound.hpp"
+#include "trammel/filter/batch_bound_impl.hpp"
