@@ -5,6 +5,7 @@
 
 #include <limits>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -12,6 +13,7 @@
 #include "trammel/core/config.hpp"
 #include "trammel/core/progress.hpp"
 #include "trammel/minimax/solution.hpp"
+#include "trammel/problem/assemble.hpp"
 #include "trammel/problem/scenario.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::estimate {
@@ -19,12 +21,13 @@ namespace trammel::inline TRAMMEL_ABI::estimate {
 /// Which solver to use for the guaranteed problem.
 enum class RequestedMethod { kStructured, kSemidefinite, kConditionalGradient };
 
-/// Settings of `estimate_trajectory` and `design_trajectory`.
+/// Settings of `estimate_trajectory`.
 struct EstimateSettings {
   RequestedMethod method = RequestedMethod::kStructured;
   minimax::SolverSettings solver;
-  double output_step_s =
-      0.0;  ///< spacing of the dense output grid; 0: chosen from the knots (about 200 rows)
+  /// Spacing of the dense output grid; 0: equal parts of each segment, at least 200 rows, with the knots
+  /// among them.
+  double output_step_s = 0.0;
 };
 
 /// A path on a time grid.
@@ -78,7 +81,8 @@ struct TrajectoryEstimate {
   PathTable nominal;          ///< reference on the dense grid
   std::vector<double> guaranteed_rms_at_m;  ///< certified rms bound of the same estimator per grid time
   /// Deviation of the worst-case motion from the reference, on the dense grid: the leading direction of the
-  /// least favourable prior, scaled to touch the bounds.
+  /// least favourable prior (weighed by the criterion), scaled to touch the bounds. No rows where there is
+  /// none.
   PathTable worst_case_motion;
   /// Where status is unbounded: words for the directions, "velocity y", "acceleration of segment 3 z".
   std::vector<std::string> unbounded_directions;
@@ -86,9 +90,39 @@ struct TrajectoryEstimate {
 };
 
 /// Solves the guaranteed problem of a scenario and, where it has observations, evaluates the estimate.
+///
+/// | result               | formula                                                                       |
+/// |----------------------|-------------------------------------------------------------------------------|
+/// | estimate             | z = K F'y, y whitened deviations from the reference (Mamaev, Semenikhin, eq.
+/// (15)) | | guaranteed_rms_m     | sqrt(tr S K J K' + sum lambda), proved (eq. (16)) | | gauss_markov_rms_m
+/// | sqrt(tr S J^-1)                                                               | | guaranteed_rms_at_m  |
+/// PointwiseGuarantee                                                            |
+///
+/// The guarantee is that of the linear model: `observed->linearisation` tells how far that holds.
 /// Throws Error for a scenario that breaks its own rules.
 [[nodiscard]] TrajectoryEstimate estimate_trajectory(const Scenario& scenario,
                                                      const EstimateSettings& settings = {},
                                                      const ProgressObserver& observe = {});
 
+/// The same from a problem already assembled from the scenario and its solution: what `estimate_trajectory`
+/// does after solving. Throws Error for a solution of another shape.
+[[nodiscard]] TrajectoryEstimate evaluate_solution(const Scenario& scenario, const TrajectoryProblem& problem,
+                                                   minimax::Solution solution,
+                                                   const EstimateSettings& settings = {},
+                                                   const ProgressObserver& observe = {});
+
+/// Gauss-Markov estimate of a trajectory problem: least squares without bounds.
+struct GaussMarkov {
+  double rms_m = std::numeric_limits<double>::quiet_NaN();
+  Eigen::VectorXd z;  ///< in the problem's coordinates; empty without observations
+};
+
+/// Nothing where the measurements do not determine all parameters.
+[[nodiscard]] std::optional<GaussMarkov> gauss_markov(const TrajectoryProblem& problem);
+
 }  // namespace trammel::inline TRAMMEL_ABI::estimate
+
+#ifndef TRAMMEL_COMPILED
+#include "trammel/estimate/observed_impl.hpp"
+#include "trammel/estimate/trajectory_estimate_impl.hpp"
+#endif

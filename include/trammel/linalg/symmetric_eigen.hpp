@@ -11,6 +11,8 @@ namespace trammel::inline TRAMMEL_ABI::linalg {
 
 /// A = U diag(w) U', w ascending.
 using SymmetricEigen = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>;
+/// The same for 3 x 3, without memory on the heap.
+using SymmetricEigen3 = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>;
 
 }  // namespace trammel::inline TRAMMEL_ABI::linalg
 

@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: Apache-2.0
+/// @file
+/// Definitions of trajectory_estimate.hpp.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "trammel/core/error.hpp"
+#include "trammel/estimate/observed.hpp"
+#include "trammel/estimate/pointwise_guarantee.hpp"
+#include "trammel/estimate/trajectory_estimate.hpp"
+#include "trammel/linalg/qr.hpp"
+#include "trammel/linalg/svd.hpp"
+#include "trammel/linalg/symmetric_eigen.hpp"
+#include "trammel/minimax/solve.hpp"
+
+namespace trammel::inline TRAMMEL_ABI::estimate {
+
+namespace detail {
+
+/// Rows of the dense grid when no step is asked for.
+inline constexpr Eigen::Index kGridRows = 200;
+
+inline std::vector<double> output_grid(const trajectory::SplineBasis& basis, double step_s) {
+  std::vector<double> times;
+  if (step_s > 0.0) {
+    // A last step shorter than this part of the others is joined to the one before.
+    constexpr double kShort = 1e-6;
+    for (Eigen::Index i = 0;; ++i) {
+      const double t = basis.begin_s() + static_cast<double>(i) * step_s;
+      if (t >= basis.end_s() - kShort * step_s) {
+        break;
+      }
+      times.push_back(t);
+    }
+  } else {
+    const Eigen::Index parts = (kGridRows + basis.segments() - 1) / basis.segments();
+    for (Eigen::Index i = 0; i < basis.segments(); ++i) {
+      for (Eigen::Index k = 0; k < parts; ++k) {
+        times.push_back(basis.knot(i) +
+                        basis.length_s(i) * static_cast<double>(k) / static_cast<double>(parts));
+      }
+    }
+  }
+  times.push_back(basis.end_s());
+  return times;
+}
+
+inline minimax::Solution solve_by(const EstimateSettings& settings, const GuaranteedProblem& problem,
+                                  const ProgressObserver& observe) {
+  if (settings.method != RequestedMethod::kStructured) {
+    throw Error({"solver.method",
+                 settings.method == RequestedMethod::kSemidefinite ? "sdp" : "conditional-gradient",
+                 "a method this version has: structured"});
+  }
+  return minimax::solve(problem, settings.solver, observe);
+}
+
+/// sqrt of a certified squared error; rounding below zero is zero, NaN stays.
+inline double root(double square) { return std::sqrt(square < 0.0 ? 0.0 : square); }
+
+/// Certified rms error without measurements.
+inline double prior_rms(const EstimateSettings& settings, const GuaranteedProblem& problem,
+                        const ProgressObserver& observe) {
+  GuaranteedProblem unmeasured = problem;
+  unmeasured.information_factor.resize(0, problem.parameters());
+  return root(solve_by(settings, unmeasured, observe).upper);
+}
+
+/// The direction of the least favourable prior that moves the criterion most, scaled to touch the bounds;
+/// zeros where no direction of it is bounded.
+inline Eigen::VectorXd worst_motion(const GuaranteedProblem& problem, const Eigen::MatrixXd& prior_factor) {
+  // A column that no bound limits (its size is arbitrary) has a bounded part of rounding errors only.
+  constexpr double kUnlimited = 1e-12;
+  Eigen::MatrixXd L = prior_factor;
+  for (Eigen::Index j = 0; j < L.cols(); ++j) {
+    double limited = 0.0;
+    for (const Eigen::MatrixXd& a : problem.ellipsoids) {
+      limited += (a * L.col(j)).squaredNorm();
+    }
+    if (!(std::sqrt(limited) > kUnlimited * L.col(j).norm())) {
+      L.col(j).setZero();
+    }
+  }
+  const Eigen::MatrixXd moved = problem.criterion_factor * L;
+  if (L.cols() == 0 || !(moved.norm() > 0.0)) {
+    return Eigen::VectorXd::Zero(problem.parameters());
+  }
+  const linalg::SymmetricEigen eigen(moved.transpose() * moved);
+  const Eigen::VectorXd z = L * eigen.eigenvectors().rightCols<1>();
+  double reach = 0.0;
+  for (const Eigen::MatrixXd& a : problem.ellipsoids) {
+    reach = std::max(reach, (a * z).norm());
+  }
+  return reach > 0.0 ? Eigen::VectorXd(z / reach) : Eigen::VectorXd::Zero(problem.parameters());
+}
+
+inline std::string parameter_words(Eigen::Index place) {
+  constexpr std::array<const char*, 3> kAxes{"x", "y", "z"};
+  const std::string axis = std::string(" ") + kAxes[static_cast<std::size_t>(place % 3)];
+  const Eigen::Index bound = place / 3;
+  return bound == 0   ? "position" + axis
+         : bound == 1 ? "velocity" + axis
+                      : "acceleration of segment " + std::to_string(bound - 1) + axis;
+}
+
+/// The parameters that take part in directions z (columns), by the displacement each causes until the end.
+inline std::vector<std::string> direction_words(const MotionCoordinates& coordinates,
+                                                const Eigen::MatrixXd& z) {
+  constexpr double kShare = 0.01;  // of the largest displacement: smaller parts are not worth a word
+  Eigen::MatrixXd theta = coordinates.motion(z);
+  const trajectory::SplineBasis& basis = coordinates.basis();
+  for (Eigen::Index place = 0; place < theta.rows(); ++place) {
+    const Eigen::Index bound = place / 3;
+    const double length = bound < 2 ? 1.0 : basis.length_s(bound - 2);
+    theta.row(place) *= bound == 0   ? 1.0
+                        : bound == 1 ? basis.duration_s()
+                                     : length * (basis.end_s() - basis.knot(bound - 2) - length / 2);
+  }
+  for (Eigen::Index j = 0; j < theta.cols(); ++j) {
+    const double size = theta.col(j).cwiseAbs().maxCoeff();
+    theta.col(j) /= size > 0.0 ? size : 1.0;
+  }
+  std::vector<std::string> words;
+  for (Eigen::Index place = 0; place < theta.rows(); ++place) {
+    if (theta.row(place).cwiseAbs().maxCoeff() > kShare) {
+      words.push_back(parameter_words(place));
+    }
+  }
+  return words;
+}
+
+inline PathTable nominal_on_grid(const trajectory::NominalTrajectory& nominal,
+                                 const std::vector<double>& times_s) {
+  const auto count = static_cast<Eigen::Index>(times_s.size());
+  PathTable table{
+      .times_s = times_s, .position_m = Eigen::MatrixXd(count, 3), .velocity_mps = Eigen::MatrixXd(count, 3)};
+  for (Eigen::Index i = 0; i < count; ++i) {
+    table.position_m.row(i) = nominal.position(times_s[static_cast<std::size_t>(i)]).transpose();
+    table.velocity_mps.row(i) = nominal.velocity(times_s[static_cast<std::size_t>(i)]).transpose();
+  }
+  return table;
+}
+
+}  // namespace detail
+
+TRAMMEL_INLINE std::optional<GaussMarkov> gauss_markov(const TrajectoryProblem& problem) {
+  const Eigen::MatrixXd& F = problem.problem.information_factor;
+  const Eigen::Index p = problem.problem.parameters();
+  if (F.rows() < p) {
+    return std::nullopt;
+  }
+  Eigen::VectorXd scale = F.colwise().norm().transpose();
+  if (!(scale.minCoeff() > 0.0)) {
+    return std::nullopt;
+  }
+  scale = scale.cwiseInverse().eval();
+  const linalg::PivotedQr qr(F * scale.asDiagonal());
+  if (qr.rank() < p) {
+    return std::nullopt;
+  }
+  // tr S J^-1 = |C D P R^-1|^2 with F D P = Q R.
+  const Eigen::MatrixXd criterion =
+      problem.problem.criterion_factor * scale.asDiagonal() * qr.colsPermutation();
+  const Eigen::MatrixXd R = qr.matrixQR().topRows(p).triangularView<Eigen::Upper>();
+  GaussMarkov result;
+  result.rms_m = R.transpose().triangularView<Eigen::Lower>().solve(criterion.transpose()).norm();
+  if (problem.information_rhs.size() > 0) {
+    result.z = scale.asDiagonal() * qr.solve(problem.information_rhs);
+  }
+  return result;
+}
+
+TRAMMEL_INLINE TrajectoryEstimate evaluate_solution(const Scenario& scenario,
+                                                    const TrajectoryProblem& problem,
+                                                    minimax::Solution solution,
+                                                    const EstimateSettings& settings,
+                                                    const ProgressObserver& observe) {
+  const MotionCoordinates& coordinates = problem.coordinates;
+  const std::vector<double> times = detail::output_grid(coordinates.basis(), settings.output_step_s);
+  TrajectoryEstimate result;
+  result.parameters = coordinates.parameters();
+  result.observations = problem.observations;
+  result.guaranteed_rms_m = detail::root(solution.upper);
+  result.lower_bound_rms_m = detail::root(solution.lower);
+  result.nominal = detail::nominal_on_grid(problem.nominal, times);
+  const std::optional<GaussMarkov> unbounded_estimate = gauss_markov(problem);
+  if (unbounded_estimate) {
+    result.gauss_markov_rms_m = unbounded_estimate->rms_m;
+  }
+  result.unbounded_directions = detail::direction_words(coordinates, solution.unbounded_directions);
+  result.lambda_m2 = Eigen::VectorXd::Zero(coordinates.basis().coefficients());
+  if (solution.status == SolveStatus::kUnbounded) {
+    result.lambda_m2.setConstant(std::numeric_limits<double>::quiet_NaN());
+    result.guaranteed_rms_at_m.assign(times.size(), std::numeric_limits<double>::infinity());
+    result.solution = std::move(solution);
+    return result;
+  }
+  for (std::size_t l = 0; l < problem.ellipsoid_of_bound.size(); ++l) {
+    const Eigen::Index at = problem.ellipsoid_of_bound[l];
+    if (at != TrajectoryProblem::kNoEllipsoid) {
+      result.lambda_m2(static_cast<Eigen::Index>(l)) = solution.multipliers(at);
+    }
+  }
+  const PointwiseGuarantee guarantee(problem, scenario.bounds, solution.gain);
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    result.guaranteed_rms_at_m.push_back(guarantee.rms_m(times[i]));
+    if (observe) {
+      observe({.phase = "bounds per time",
+               .fraction = static_cast<double>(i + 1) / static_cast<double>(times.size())});
+    }
+  }
+  const Eigen::VectorXd worst = detail::worst_motion(problem.problem, solution.prior_factor);
+  if (!worst.isZero(0.0)) {
+    result.worst_case_motion = path_on_grid(problem, worst, times);
+    result.worst_case_motion.position_m -= result.nominal.position_m;
+    result.worst_case_motion.velocity_mps -= result.nominal.velocity_mps;
+  }
+  if (!scenario.observations.empty()) {
+    const Eigen::VectorXd z =
+        solution.gain * (problem.problem.information_factor.transpose() * problem.information_rhs);
+    result.observed = compare_with_observations(scenario, problem, z, unbounded_estimate, times);
+  }
+  result.solution = std::move(solution);
+  return result;
+}
+
+TRAMMEL_INLINE TrajectoryEstimate estimate_trajectory(const Scenario& scenario,
+                                                      const EstimateSettings& settings,
+                                                      const ProgressObserver& observe) {
+  if (!(settings.output_step_s >= 0.0) || !std::isfinite(settings.output_step_s)) {
+    throw Error({"settings.output_step_s", std::to_string(settings.output_step_s) + " s",
+                 "a positive spacing, or 0 to have it chosen"});
+  }
+  if (observe) {
+    observe({.phase = "reading measurements", .fraction = 0.0});
+  }
+  const TrajectoryProblem problem = assemble(scenario);
+  TrajectoryEstimate result = evaluate_solution(
+      scenario, problem, detail::solve_by(settings, problem.problem, observe), settings, observe);
+  result.prior_rms_m = problem.problem.information_factor.rows() == 0
+                           ? result.guaranteed_rms_m
+                           : detail::prior_rms(settings, problem.problem, observe);
+  return result;
+}
+
+}  // namespace trammel::inline TRAMMEL_ABI::estimate
