@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+/// @file
+/// Measurements and paths as CSV.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "trammel/problem/scenario.hpp"
+
+namespace trammel::io {
+
+/// A sensor kind as files write it.
+struct SensorKindName {
+  SensorKind kind;
+  std::string_view name;
+  Eigen::Index components;
+  std::array<std::string_view, 3> component_names;
+  std::array<std::string_view, 3> component_units;
+};
+
+/// All kinds, in the order of SensorKind.
+inline constexpr std::array<SensorKindName, 7> kSensorKindNames{{
+    {SensorKind::kDirectionCosinesRange,
+     "direction_cosines_range",
+     3,
+     {"cosine x", "cosine y", "range"},
+     {"", "", "m"}},
+    {SensorKind::kAzimuthElevationRange,
+     "azimuth_elevation_range",
+     3,
+     {"azimuth", "elevation", "range"},
+     {"rad", "rad", "m"}},
+    {SensorKind::kRange, "range", 1, {"range"}, {"m"}},
+    {SensorKind::kDirectionCosines, "direction_cosines", 2, {"cosine x", "cosine y"}, {"", ""}},
+    {SensorKind::kAzimuthElevation, "azimuth_elevation", 2, {"azimuth", "elevation"}, {"rad", "rad"}},
+    {SensorKind::kRangeRate, "range_rate", 1, {"range rate"}, {"m/s"}},
+    {SensorKind::kPosition, "position", 3, {"x", "y", "z"}, {"m", "m", "m"}},
+}};
+
+[[nodiscard]] constexpr const SensorKindName& describe(SensorKind kind) noexcept {
+  return kSensorKindNames[static_cast<std::size_t>(kind)];
+}
+
+/// Reads measurements in long form: `t_s,station,y1[,y2[,y3]]`, one row each, in any order. A row may carry
+/// its own covariance in the columns c11,c12,c13,c22,c23,c33 (upper triangle; as many as its kind needs, all
+/// or none). Values in the order and units of the station's kind. Throws Error naming file, line and column.
+[[nodiscard]] std::vector<Measurement> read_measurements(const std::filesystem::path& file,
+                                                         const Scenario& scenario);
+
+/// The long form back, one row per measurement, with covariance columns where a measurement has its own.
+[[nodiscard]] std::string format_measurements(const std::vector<Measurement>& measurements,
+                                              const std::vector<Station>& stations);
+
+/// Positions over time.
+struct PathSamples {
+  std::vector<double> times_s;  ///< strictly increasing, at least two
+  std::vector<Eigen::Vector3d> positions_m;
+};
+
+/// Reads `t_s,x_m,y_m,z_m`; the further columns of a trajectory.csv are allowed and left out. Throws Error
+/// unless times increase and reach from `begin_s` to `end_s`.
+[[nodiscard]] PathSamples read_path(const std::filesystem::path& file, double begin_s, double end_s);
+
+/// Throws Error unless `covariance` is size x size, symmetric and positive definite.
+void require_covariance(const Eigen::MatrixXd& covariance, Eigen::Index size, const std::string& where);
+
+/// Throws Error unless `t_s` is within the scenario's knots.
+void require_within_knots(double t_s, const std::vector<double>& knots_s, const std::string& where);
+
+}  // namespace trammel::io

@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scenario_reader.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "csv.hpp"
+#include "document.hpp"
+#include "file.hpp"
+#include "measurement_csv.hpp"
+#include "trammel/core/error.hpp"
+
+namespace trammel::io {
+
+namespace {
+
+constexpr Eigen::Index kAxes = 3;
+
+std::vector<double> read_knots(const Node& node) {
+  std::vector<double> knots = node.range_or_numbers();
+  if (knots.size() < 2) {
+    node.fail(std::to_string(knots.size()) + " knots", "at least two");
+  }
+  for (std::size_t i = 1; i < knots.size(); ++i) {
+    if (!(knots[i] > knots[i - 1])) {
+      node.fail(shortest(knots[i]) + " after " + shortest(knots[i - 1]), "strictly increasing knots");
+    }
+  }
+  return knots;
+}
+
+NominalPath read_nominal(const Document& document, const Node& node, const std::vector<double>& knots_s,
+                         std::vector<InputFile>& inputs) {
+  NominalPath nominal;
+  if (const Node* file = node.find("file")) {
+    if (node.has("position_m") || node.has("velocity_mps")) {
+      node.fail("both a file and a straight line", "either file, or position_m and velocity_mps");
+    }
+    const std::filesystem::path path = document.resolve(file->text());
+    PathSamples samples = read_path(path, knots_s.front(), knots_s.back());
+    nominal.sample_times_s = std::move(samples.times_s);
+    nominal.sample_positions_m = std::move(samples.positions_m);
+    inputs.push_back({file->text(), sha256(read_text(path))});
+    return nominal;
+  }
+  nominal.position_m = node.at("position_m").vector(kAxes);
+  nominal.velocity_mps = node.at("velocity_mps").vector(kAxes);
+  return nominal;
+}
+
+double read_semi_axis(const Node& node) {
+  const double value = node.number_or_infinity();
+  if (value < 0.0) {
+    node.fail(node.describe(), "a bound of at least 0 (inf: unbounded)");
+  }
+  return value;
+}
+
+/// A radius or three semi-axes.
+Eigen::Vector3d read_bound(const Node& node) {
+  if (node.kind() != Node::Kind::kArray) {
+    return Eigen::Vector3d::Constant(read_semi_axis(node));
+  }
+  const std::vector<Node>& axes = node.items();
+  if (axes.size() != static_cast<std::size_t>(kAxes)) {
+    node.fail(node.describe(), "a radius or 3 semi-axes");
+  }
+  return {read_semi_axis(axes[0]), read_semi_axis(axes[1]), read_semi_axis(axes[2])};
+}
+
+std::vector<Eigen::Vector3d> read_acceleration_bounds(const Node& node, std::size_t segments) {
+  const bool is_array = node.kind() == Node::Kind::kArray;
+  const bool has_nested =
+      is_array && std::any_of(node.items().begin(), node.items().end(),
+                              [](const Node& item) { return item.kind() == Node::Kind::kArray; });
+  if (!is_array || (!has_nested && node.items().size() == static_cast<std::size_t>(kAxes))) {
+    return std::vector<Eigen::Vector3d>(segments, read_bound(node));
+  }
+  if (node.items().size() != segments) {
+    node.fail(node.describe(), "a radius, 3 semi-axes, or one of these for each of the " +
+                                   std::to_string(segments) + " segments");
+  }
+  std::vector<Eigen::Vector3d> bounds;
+  for (const Node& item : node.items()) {
+    bounds.push_back(read_bound(item));
+  }
+  return bounds;
+}
+
+Criterion read_criterion(const Node& node, const std::vector<double>& knots_s) {
+  Criterion criterion;
+  const Node* kind = node.find("kind");
+  const std::string name = kind ? kind->choice({"integral", "times", "window", "final"}) : "integral";
+  for (const auto& [key, needed] : {std::pair{"times_s", "times"}, std::pair{"window_s", "window"}}) {
+    if (const Node* extra = node.find(key); extra != nullptr && name != needed) {
+      extra->fail("it with kind \"" + name + "\"", "it only with kind \"" + std::string(needed) + "\"");
+    }
+  }
+  if (name == "times") {
+    const Node& times = node.at("times_s");
+    criterion.kind = CriterionKind::kTimes;
+    criterion.times_s = times.range_or_numbers();
+    if (criterion.times_s.empty()) {
+      times.fail("no times", "at least one");
+    }
+    for (const double t : criterion.times_s) {
+      require_within_knots(t, knots_s, times.where());
+    }
+  } else if (name == "window") {
+    const Node& window = node.at("window_s");
+    criterion.kind = CriterionKind::kWindow;
+    criterion.window_s = window.vector(2);
+    if (!(criterion.window_s[0] < criterion.window_s[1])) {
+      window.fail(shortest(criterion.window_s[0]) + " to " + shortest(criterion.window_s[1]),
+                  "[begin, end] with begin before end");
+    }
+    require_within_knots(criterion.window_s[0], knots_s, window.where());
+    require_within_knots(criterion.window_s[1], knots_s, window.where());
+  } else if (name == "final") {
+    criterion.kind = CriterionKind::kFinal;
+  }
+  return criterion;
+}
+
+SensorKind read_kind(const Node& node) {
+  const auto& k = kSensorKindNames;
+  const std::string name =
+      node.choice({k[0].name, k[1].name, k[2].name, k[3].name, k[4].name, k[5].name, k[6].name});
+  return std::find_if(k.begin(), k.end(), [&](const SensorKindName& row) { return row.name == name; })->kind;
+}
+
+Station read_station(const Node& node, const std::vector<double>& knots_s, const std::vector<Station>& before,
+                     bool has_observations) {
+  Station station;
+  const Node& name = node.at("name");
+  station.name = name.text();
+  if (station.name.empty() || station.name.find_first_of(",\n\r#") != std::string::npos) {
+    name.fail(name.describe(), "a name without comma, '#' or line break");
+  }
+  for (const Station& other : before) {
+    if (other.name == station.name) {
+      name.fail(name.describe() + " a second time", "names that differ");
+    }
+  }
+  station.kind = read_kind(node.at("kind"));
+  if (station.kind != SensorKind::kPosition || node.has("position_m")) {
+    station.position_m = node.at("position_m").vector(kAxes);
+  }
+  const Node& covariance = node.at("covariance");
+  station.covariance = covariance.matrix();
+  require_covariance(station.covariance, describe(station.kind).components, covariance.where());
+  const Node* times = node.find("times_s");
+  if (times == nullptr && !has_observations) {
+    node.fail("neither times_s nor an observations file", "one of them");
+  }
+  if (times != nullptr) {
+    station.times_s = times->range_or_numbers();
+    for (const double t : station.times_s) {
+      require_within_knots(t, knots_s, times->where());
+    }
+  }
+  return station;
+}
+
+void read_solver(const Node& node, ScenarioInput& input) {
+  minimax::SolverSettings& solver = input.settings.solver;
+  if (const Node* method = node.find("method")) {
+    const std::string name = method->choice({"structured", "sdp", "conditional-gradient"});
+    input.settings.method = name == "structured" ? estimate::RequestedMethod::kStructured
+                            : name == "sdp"      ? estimate::RequestedMethod::kSemidefinite
+                                                 : estimate::RequestedMethod::kConditionalGradient;
+  }
+  if (const Node* gap = node.find("relative_gap")) {
+    solver.relative_gap = gap->number();
+    if (!(solver.relative_gap > 0.0 && solver.relative_gap < 1.0)) {
+      gap->fail(gap->describe(), "a number between 0 and 1");
+    }
+  }
+  if (const Node* iterations = node.find("max_iterations")) {
+    constexpr std::int64_t kMostIterations = 1000000000;
+    const std::int64_t count = iterations->integer();
+    if (count < 1 || count > kMostIterations) {
+      iterations->fail(iterations->describe(), "a whole number from 1 to 1000000000");
+    }
+    solver.max_iterations = static_cast<int>(count);
+  }
+  if (const Node* relinearise = node.find("relinearise")) {
+    input.relinearise = relinearise->boolean();
+  }
+}
+
+}  // namespace
+
+ScenarioInput read_scenario(const Document& document) {
+  ScenarioInput input;
+  Scenario& scenario = input.scenario;
+  const Node& root = document.root();
+  if (const Node* title = root.find("title")) {
+    scenario.title = title->text();
+  }
+  scenario.knots_s = read_knots(root.at("model").at("knots_s"));
+  scenario.nominal = read_nominal(document, root.at("nominal"), scenario.knots_s, input.inputs);
+  const Node& bounds = root.at("bounds");
+  scenario.bounds.position_m = read_bound(bounds.at("position_m"));
+  scenario.bounds.velocity_mps = read_bound(bounds.at("velocity_mps"));
+  scenario.bounds.acceleration_mps2 =
+      read_acceleration_bounds(bounds.at("acceleration_mps2"), scenario.segments());
+  if (const Node* criterion = root.find("criterion")) {
+    scenario.criterion = read_criterion(*criterion, scenario.knots_s);
+  }
+  const Node* observations = root.find("observations");
+  if (const Node* stations = root.find("station")) {
+    for (const Node& node : stations->items()) {
+      scenario.stations.push_back(
+          read_station(node, scenario.knots_s, scenario.stations, observations != nullptr));
+    }
+  }
+  if (const Node* solver = root.find("solver")) {
+    read_solver(*solver, input);
+  }
+  if (observations != nullptr) {
+    const std::string& name = observations->at("file").text();
+    document.reject_unknown();  // a misspelt key explains more than what the measurements then miss
+    const std::filesystem::path path = document.resolve(name);
+    scenario.observations = read_measurements(path, scenario);
+    input.inputs.push_back({name, sha256(read_text(path))});
+  }
+  document.reject_unknown();
+  return input;
+}
+
+ScenarioInput read_scenario(const std::filesystem::path& file) {
+  ScenarioInput input = read_scenario(Document::load(file));
+  input.inputs.insert(input.inputs.begin(), {file.filename().string(), sha256(read_text(file))});
+  return input;
+}
+
+}  // namespace trammel::io

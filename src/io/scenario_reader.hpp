@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+/// @file
+/// A scenario with everything it names, from TOML or JSON and the CSV files beside it.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "trammel/estimate/trajectory_estimate.hpp"
+#include "trammel/problem/scenario.hpp"
+
+namespace trammel::io {
+
+class Document;
+
+/// An input file as results name it.
+struct InputFile {
+  std::string name;    ///< as written by the user; for the scenario its file name
+  std::string sha256;  ///< lower-case hexadecimal
+};
+
+/// A scenario and what its file says about how to solve it.
+struct ScenarioInput {
+  Scenario scenario;
+  estimate::EstimateSettings settings;
+  bool relinearise = false;  ///< solver.relinearise
+  std::vector<InputFile> inputs;
+};
+
+/// Reads a scenario and the nominal and observation files it names.
+///
+/// ```
+/// title = "text"                                         # optional
+/// [model]        knots_s = [..] | {start, stop, step}    # strictly increasing, at least two
+/// [nominal]      position_m = [3], velocity_mps = [3] | file = "path.csv"
+/// [bounds]       position_m, velocity_mps, acceleration_mps2 = radius | [3 semi-axes]
+///                acceleration_mps2 also one of these per segment; three numbers are semi-axes
+/// [criterion]    kind = "integral" | "times" | "window" | "final", times_s = [..], window_s = [begin, end]
+/// [[station]]    name, kind, position_m = [3], covariance = [[..]], times_s = [..] | {start, stop, step}
+/// [observations] file = "measurements.csv"               # optional
+/// [solver]       method = "structured" | "sdp" | "conditional-gradient", relative_gap, max_iterations,
+///                relinearise
+/// ```
+/// Files are relative to the scenario's folder. A station needs times_s unless there are observations, and
+/// position_m unless its kind is "position" (where it is the origin of the coordinates it reports).
+/// Throws Error naming file, line or key, what was found and what was expected.
+[[nodiscard]] ScenarioInput read_scenario(const std::filesystem::path& file);
+
+/// The same from a parsed document; `inputs` is left to name the files the document refers to.
+[[nodiscard]] ScenarioInput read_scenario(const Document& document);
+
+}  // namespace trammel::io
