@@ -65,14 +65,14 @@ bool is_given(const CsvTable& table, std::size_t row, int column) {
 
 Eigen::VectorXd read_value(const CsvTable& table, std::size_t row, const MeasurementColumns& columns,
                            const Station& station) {
-  const SensorKindName& kind = describe(station.kind);
-  const std::string expected = std::to_string(kind.components) + " values, as '" + station.name +
-                               "' measures " + std::string(kind.name);
-  Eigen::VectorXd value(kind.components);
+  const Eigen::Index size = components(station.kind);
+  const std::string expected = std::to_string(size) + " values, as '" + station.name + "' measures " +
+                               std::string(describe(station.kind).name);
+  Eigen::VectorXd value(size);
   for (Eigen::Index i = 0; i < kMostComponents; ++i) {
     const int column = columns.value[static_cast<std::size_t>(i)];
     const bool given = is_given(table, row, column);
-    if (given != (i < kind.components)) {
+    if (given != (i < size)) {
       throw Error({table.where(row) + ": column '" + numbered('y', i) + "'",
                    given ? "a value" : (column < 0 ? "no such column" : "nothing"), expected});
     }
@@ -86,7 +86,7 @@ Eigen::VectorXd read_value(const CsvTable& table, std::size_t row, const Measure
 std::optional<Eigen::MatrixXd> read_row_covariance(const CsvTable& table, std::size_t row,
                                                    const MeasurementColumns& columns,
                                                    const Station& station) {
-  const Eigen::Index size = describe(station.kind).components;
+  const Eigen::Index size = components(station.kind);
   Eigen::MatrixXd covariance(size, size);
   std::string missing;
   bool any = false;
@@ -199,15 +199,15 @@ std::vector<Measurement> read_measurements(const std::filesystem::path& file, co
 
 std::string format_measurements(const std::vector<Measurement>& measurements,
                                 const std::vector<Station>& stations) {
-  Eigen::Index components = 1;
+  Eigen::Index columns = 1;
   Eigen::Index covariance_size = 0;
   for (const Measurement& measurement : measurements) {
-    components = std::max(components, measurement.value.size());
+    columns = std::max(columns, measurement.value.size());
     covariance_size =
         std::max(covariance_size, measurement.covariance ? measurement.covariance->rows() : Eigen::Index{0});
   }
   std::string text = "t_s,station";
-  for (Eigen::Index i = 0; i < components; ++i) {
+  for (Eigen::Index i = 0; i < columns; ++i) {
     text += "," + numbered('y', i);
   }
   for (Eigen::Index i = 0; i < covariance_size; ++i) {
@@ -218,7 +218,7 @@ std::string format_measurements(const std::vector<Measurement>& measurements,
   text += "\n";
   for (const Measurement& measurement : measurements) {
     text += shortest(measurement.t_s) + "," + stations[measurement.station].name;
-    for (Eigen::Index i = 0; i < components; ++i) {
+    for (Eigen::Index i = 0; i < columns; ++i) {
       text += "," + (i < measurement.value.size() ? shortest(measurement.value[i]) : std::string());
     }
     for (Eigen::Index i = 0; i < covariance_size; ++i) {

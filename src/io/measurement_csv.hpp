@@ -12,40 +12,9 @@
 #include <Eigen/Core>
 
 #include "trammel/problem/scenario.hpp"
+#include "trammel/sensor/kind.hpp"
 
 namespace trammel::io {
-
-/// A sensor kind as files write it.
-struct SensorKindName {
-  SensorKind kind;
-  std::string_view name;
-  Eigen::Index components;
-  std::array<std::string_view, 3> component_names;
-  std::array<std::string_view, 3> component_units;
-};
-
-/// All kinds, in the order of SensorKind.
-inline constexpr std::array<SensorKindName, 7> kSensorKindNames{{
-    {SensorKind::kDirectionCosinesRange,
-     "direction_cosines_range",
-     3,
-     {"cosine x", "cosine y", "range"},
-     {"", "", "m"}},
-    {SensorKind::kAzimuthElevationRange,
-     "azimuth_elevation_range",
-     3,
-     {"azimuth", "elevation", "range"},
-     {"rad", "rad", "m"}},
-    {SensorKind::kRange, "range", 1, {"range"}, {"m"}},
-    {SensorKind::kDirectionCosines, "direction_cosines", 2, {"cosine x", "cosine y"}, {"", ""}},
-    {SensorKind::kAzimuthElevation, "azimuth_elevation", 2, {"azimuth", "elevation"}, {"rad", "rad"}},
-    {SensorKind::kRangeRate, "range_rate", 1, {"range rate"}, {"m/s"}},
-    {SensorKind::kPosition, "position", 3, {"x", "y", "z"}, {"m", "m", "m"}},
-}};
-
-[[nodiscard]] constexpr const SensorKindName& describe(SensorKind kind) noexcept {
-  return kSensorKindNames[static_cast<std::size_t>(kind)];
-}
 
 /// Reads measurements in long form: `t_s,station,y1[,y2[,y3]]`, one row each, in any order. A row may carry
 /// its own covariance in the columns c11,c12,c13,c22,c23,c33 (upper triangle; as many as its kind needs, all

@@ -123,10 +123,10 @@ Criterion read_criterion(const Node& node, const std::vector<double>& knots_s) {
 }
 
 SensorKind read_kind(const Node& node) {
-  const auto& k = kSensorKindNames;
-  const std::string name =
-      node.choice({k[0].name, k[1].name, k[2].name, k[3].name, k[4].name, k[5].name, k[6].name});
-  return std::find_if(k.begin(), k.end(), [&](const SensorKindName& row) { return row.name == name; })->kind;
+  const auto& table = kSensorTable;
+  static_assert(kSensorKinds == 7, "list every kind below");
+  return *find_sensor_kind(node.choice({table[0].name, table[1].name, table[2].name, table[3].name,
+                                        table[4].name, table[5].name, table[6].name}));
 }
 
 Station read_station(const Node& node, const std::vector<double>& knots_s, const std::vector<Station>& before,
@@ -148,10 +148,10 @@ Station read_station(const Node& node, const std::vector<double>& knots_s, const
   }
   const Node& covariance = node.at("covariance");
   station.covariance = covariance.matrix();
-  require_covariance(station.covariance, describe(station.kind).components, covariance.where());
+  require_covariance(station.covariance, components(station.kind), covariance.where());
   const Node* times = node.find("times_s");
   if (times == nullptr && !has_observations) {
-    node.fail("neither times_s nor an observations file", "one of them");
+    node.fail("no times_s and no observations", "planned times, or measurements to read");
   }
   if (times != nullptr) {
     station.times_s = times->range_or_numbers();
@@ -191,7 +191,7 @@ void read_solver(const Node& node, ScenarioInput& input) {
 
 }  // namespace
 
-ScenarioInput read_scenario(const Document& document) {
+ScenarioInput read_scenario(const Document& document, Observations wanted) {
   ScenarioInput input;
   Scenario& scenario = input.scenario;
   const Node& root = document.root();
@@ -209,28 +209,29 @@ ScenarioInput read_scenario(const Document& document) {
     scenario.criterion = read_criterion(*criterion, scenario.knots_s);
   }
   const Node* observations = root.find("observations");
+  const std::string observations_file = observations != nullptr ? observations->at("file").text() : "";
+  const bool may_read = observations != nullptr && wanted != Observations::kIgnore;
+  bool planned = false;
   if (const Node* stations = root.find("station")) {
     for (const Node& node : stations->items()) {
-      scenario.stations.push_back(
-          read_station(node, scenario.knots_s, scenario.stations, observations != nullptr));
+      scenario.stations.push_back(read_station(node, scenario.knots_s, scenario.stations, may_read));
+      planned = planned || !scenario.stations.back().times_s.empty();
     }
   }
   if (const Node* solver = root.find("solver")) {
     read_solver(*solver, input);
   }
-  if (observations != nullptr) {
-    const std::string& name = observations->at("file").text();
-    document.reject_unknown();  // a misspelt key explains more than what the measurements then miss
-    const std::filesystem::path path = document.resolve(name);
+  document.reject_unknown();  // before the measurements: a misspelt key explains what they then miss
+  if (may_read && !(planned && wanted == Observations::kIfUnplanned)) {
+    const std::filesystem::path path = document.resolve(observations_file);
     scenario.observations = read_measurements(path, scenario);
-    input.inputs.push_back({name, sha256(read_text(path))});
+    input.inputs.push_back({observations_file, sha256(read_text(path))});
   }
-  document.reject_unknown();
   return input;
 }
 
-ScenarioInput read_scenario(const std::filesystem::path& file) {
-  ScenarioInput input = read_scenario(Document::load(file));
+ScenarioInput read_scenario(const std::filesystem::path& file, Observations observations) {
+  ScenarioInput input = read_scenario(Document::load(file), observations);
   input.inputs.insert(input.inputs.begin(), {file.filename().string(), sha256(read_text(file))});
   return input;
 }

@@ -28,6 +28,13 @@ struct ScenarioInput {
   std::vector<InputFile> inputs;
 };
 
+/// What to do with the observations a scenario names.
+enum class Observations {
+  kRead,
+  kIfUnplanned,  ///< read them only where no station has times_s (a design needs times, not values)
+  kIgnore,       ///< every station needs times_s (to draw measurements that do not exist yet)
+};
+
 /// Reads a scenario and the nominal and observation files it names.
 ///
 /// ```
@@ -45,9 +52,11 @@ struct ScenarioInput {
 /// Files are relative to the scenario's folder. A station needs times_s unless there are observations, and
 /// position_m unless its kind is "position" (where it is the origin of the coordinates it reports).
 /// Throws Error naming file, line or key, what was found and what was expected.
-[[nodiscard]] ScenarioInput read_scenario(const std::filesystem::path& file);
+[[nodiscard]] ScenarioInput read_scenario(const std::filesystem::path& file,
+                                          Observations observations = Observations::kRead);
 
 /// The same from a parsed document; `inputs` is left to name the files the document refers to.
-[[nodiscard]] ScenarioInput read_scenario(const Document& document);
+[[nodiscard]] ScenarioInput read_scenario(const Document& document,
+                                          Observations observations = Observations::kRead);
 
 }  // namespace trammel::io

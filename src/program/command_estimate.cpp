@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+// trammel estimate, trammel design: the guaranteed problem of a scenario.
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <CLI/App.hpp>
+
+#include "../io/file.hpp"
+#include "../io/scenario_reader.hpp"
+#include "../report/result_files.hpp"
+#include "commands.hpp"
+#include "terminal_progress.hpp"
+#include "trammel/estimate/trajectory_estimate.hpp"
+
+namespace trammel::program {
+
+namespace {
+
+struct EstimateOptions {
+  std::string scenario;
+  std::string folder;  ///< empty: no files
+  std::string truth;   ///< empty: not given
+  bool json = false;
+  bool design_only = false;
+};
+
+ExitCode exit_code(SolveStatus status) {
+  switch (status) {
+    case SolveStatus::kOptimal:
+      return kSolved;
+    case SolveStatus::kUnbounded:
+      return kUnbounded;
+    case SolveStatus::kIterationLimit:
+    case SolveStatus::kNumericalTrouble:
+      break;
+  }
+  return kNotConverged;
+}
+
+int run(const EstimateOptions& options) {
+  io::ScenarioInput input = io::read_scenario(
+      options.scenario, options.design_only ? io::Observations::kIfUnplanned : io::Observations::kRead);
+  std::optional<io::PathSamples> truth;
+  if (!options.truth.empty()) {
+    truth = io::read_path(options.truth, input.scenario.knots_s.front(), input.scenario.knots_s.back());
+    input.inputs.push_back({options.truth, io::sha256(io::read_text(options.truth))});
+  }
+  if (!options.folder.empty()) {
+    io::create_folder(options.folder);  // before the work, so that a wrong folder does not waste it
+  }
+  estimate::TrajectoryEstimate estimate;
+  {
+    TerminalProgress progress;
+    estimate = estimate::estimate_trajectory(input.scenario, input.settings, progress.observer());
+  }
+  if (options.design_only) {
+    estimate.observed.reset();
+  }
+  std::optional<report::TruthComparison> comparison;
+  if (truth) {
+    comparison = report::compare_with_truth(input.scenario, estimate, *truth);
+  }
+  const report::ReportInput result{input, estimate, comparison ? &*comparison : nullptr};
+  const std::string json = io::dump(report::result_json(result));
+  const std::filesystem::path folder(options.folder);
+  if (!options.folder.empty()) {
+    io::write_atomically(folder / "result.json", json);
+    io::write_atomically(folder / "trajectory.csv", report::trajectory_csv(estimate));
+    io::write_atomically(folder / "report.html", report::report_html(result));
+  }
+  if (options.json) {
+    std::cout << json;
+  } else {
+    std::cout << report::summary(result);
+    if (!options.folder.empty()) {
+      std::cout << "written                 " << (folder / "result.json").string()
+                << ", trajectory.csv, report.html\n";
+    }
+  }
+  std::cout.flush();
+  return exit_code(estimate.solution.status);
+}
+
+void add(CLI::App& app, Action& action, bool design_only) {
+  CLI::App* command =
+      design_only
+          ? app.add_subcommand("design", "certified error of a planned measurement, without measured values")
+          : app.add_subcommand("estimate", "guaranteed trajectory estimate of a scenario");
+  const auto options = std::make_shared<EstimateOptions>();
+  options->design_only = design_only;
+  command->add_option("scenario", options->scenario, "scenario file (.toml or .json)")->required();
+  command->add_option("--out", options->folder,
+                      "folder to write result.json, trajectory.csv and report.html to");
+  command->add_option("--truth", options->truth, "true path (t_s,x_m,y_m,z_m) to compare with in the report");
+  command->add_flag("--json", options->json, "print result.json to the standard output");
+  command->callback([options, &action] { action = [options] { return run(*options); }; });
+}
+
+}  // namespace
+
+void add_estimate(CLI::App& app, Action& action) { add(app, action, false); }
+
+void add_design(CLI::App& app, Action& action) { add(app, action, true); }
+
+}  // namespace trammel::program

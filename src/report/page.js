@@ -1,0 +1,365 @@
+// SPDX-License-Identifier: Apache-2.0
+// Draws the report from the JSON in #data. No network, no state outside this page.
+"use strict";
+(() => {
+const errors = [];
+window.addEventListener("error", e => errors.push(String(e.message)));
+for (const level of ["error", "warn"]) {
+  const plain = console[level].bind(console);
+  console[level] = (...words) => { errors.push(words.join(" ")); plain(...words); };
+}
+
+const data = JSON.parse(document.getElementById("data").textContent);
+const byId = id => document.getElementById(id);
+const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+const isNumber = value => typeof value === "number" && isFinite(value);
+
+function element(tag, attributes = {}, ...children) {
+  const svg = ["svg", "path", "line", "g", "text", "circle", "rect", "clipPath", "defs"].includes(tag);
+  const node = svg ? document.createElementNS("http://www.w3.org/2000/svg", tag) : document.createElement(tag);
+  for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
+  node.append(...children);
+  return node;
+}
+
+// Three significant digits, plain for ordinary sizes.
+function number(value, digits = 4) {
+  if (!isNumber(value)) return "\u2013";
+  const size = Math.abs(value);
+  if (size !== 0 && (size < 1e-3 || size >= 1e6)) return value.toExponential(2);
+  return String(Number(value.toPrecision(digits)));
+}
+
+// ---- text at the top --------------------------------------------------------------------------------
+
+function card(name, value, unit, meaning, main) {
+  const shown = value === "infinity" ? "unbounded" : number(value);
+  const b = element("b", {}, shown);
+  if (isNumber(value)) b.append(" ", element("small", {}, unit));
+  return element("div", {class: main ? "card main" : "card"},
+    element("span", {class: "name"}, name), b, element("span", {}, meaning));
+}
+
+function writeTop() {
+  byId("title").textContent = data.title || "Flight without a title";
+  document.title = (data.title ? data.title + " \u2013 " : "") + "trammel report";
+  byId("status").append(
+    element("span", {class: "badge " + (data.status.solved ? "good" : "bad")}, data.status.name.replace("_", " ")),
+    data.status.solved ? data.status.cause + "." : data.status.cause + ". What to do: " + data.status.remedy + ".");
+  const n = data.numbers;
+  const cards = byId("cards");
+  cards.append(card("Guaranteed rms error", n.guaranteed_rms, "m",
+    "proved upper bound, for every motion within the bounds", true));
+  cards.append(card("Lower bound", n.lower_bound_rms, "m", "no linear estimator can guarantee less"));
+  cards.append(card("Gauss\u2013Markov rms error", n.gauss_markov_rms, "m",
+    n.gauss_markov_rms === "infinity" ? "measurements alone do not fix the motion" : "measurements alone, bounds not used"));
+  cards.append(card("Bounds alone", n.prior_rms, "m", "rms error before any measurement"));
+  if (isNumber(n.actual_rms)) {
+    cards.append(card("Actual rms error", n.actual_rms, "m", "estimate against the true path given"));
+  }
+  byId("meaning").textContent = data.meaning;
+  for (const text of data.warnings) byId("warnings").append(element("p", {class: "warning", role: "note"}, text));
+  for (const text of data.assumptions) byId("assumptions").append(element("li", {}, text));
+}
+
+// ---- curves -------------------------------------------------------------------------------------------
+
+const styles = () => ({
+  truth: {label: "true path", stroke: css("--truth"), width: 1.6, dash: []},
+  estimate: {label: "guaranteed estimate", stroke: css("--estimate"), width: 2.4, dash: []},
+  gauss_markov: {label: "Gauss\u2013Markov", stroke: css("--gauss"), width: 1.6, dash: [7, 4]},
+  nominal: {label: "reference (nominal)", stroke: css("--nominal"), width: 1.5, dash: [2, 4]},
+});
+const paths = () => ["nominal", "gauss_markov", "estimate", "truth"].filter(name => data.grid[name]);
+
+function legend(entries) {
+  const box = element("div", {class: "legend"});
+  for (const e of entries) {
+    const svg = element("svg", {width: 30, height: 12, "aria-hidden": "true"});
+    if (e.fill) svg.append(element("rect", {width: 30, height: 12, fill: e.fill}));
+    else svg.append(element("line", {x1: 0, x2: 30, y1: 6, y2: 6, stroke: e.stroke, "stroke-width": e.width,
+      "stroke-dasharray": (e.dash || []).join(" ")}));
+    box.append(element("span", {}, svg, e.label));
+  }
+  return box;
+}
+
+function ticks(low, high, count) {
+  const raw = (high - low) / count;
+  const power = 10 ** Math.floor(Math.log10(raw));
+  const step = [1, 2, 5, 10].map(m => m * power).find(s => s >= raw) || raw;
+  const values = [];
+  for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; ++i) values.push(i * step);
+  return values;
+}
+
+function drawPlan(box) {
+  const shown = paths();
+  const xs = shown.flatMap(name => data.grid[name][0]), ys = shown.flatMap(name => data.grid[name][1]);
+  const rms = data.grid.guaranteed_rms.filter(isNumber);
+  const centre = data.grid.estimate ? "estimate" : "nominal";
+  const reach = rms.length ? Math.max(...rms) : 0;
+  let [x0, x1] = [Math.min(...xs) - reach, Math.max(...xs) + reach];
+  let [y0, y1] = [Math.min(...ys) - reach, Math.max(...ys) + reach];
+  const near = data.stations.filter(s => {   // stations not much farther away than the flight is wide
+    const span = Math.max(x1 - x0, y1 - y0, 1);
+    return s.position[0] > x0 - span && s.position[0] < x1 + span &&
+      s.position[1] > y0 - span && s.position[1] < y1 + span;
+  });
+  for (const s of near) {
+    x0 = Math.min(x0, s.position[0]); x1 = Math.max(x1, s.position[0]);
+    y0 = Math.min(y0, s.position[1]); y1 = Math.max(y1, s.position[1]);
+  }
+  const margin = 0.06 * Math.max(x1 - x0, y1 - y0, 1);
+  [x0, x1, y0, y1] = [x0 - margin, x1 + margin, y0 - margin, y1 + margin];
+  const width = Math.max(320, box.clientWidth), left = 70, bottom = 46, top = 8, right = 12;
+  const room = width - left - right;
+  const high = Math.min(620, Math.max(300, room * (y1 - y0) / (x1 - x0)));
+  const scale = Math.min(room / (x1 - x0), high / (y1 - y0));   // one scale: equal aspect
+  const px = x => left + room / 2 + (x - (x0 + x1) / 2) * scale;
+  const py = y => top + high / 2 - (y - (y0 + y1) / 2) * scale;
+  const xlow = (x0 + x1) / 2 - room / 2 / scale, xhigh = (x0 + x1) / 2 + room / 2 / scale;
+  const ylow = (y0 + y1) / 2 - high / 2 / scale, yhigh = (y0 + y1) / 2 + high / 2 / scale;
+  const svg = element("svg", {width, height: high + top + bottom, role: "img", "aria-label": "Plan view of the flight"});
+  svg.append(element("defs", {}, element("clipPath", {id: "frame"},
+    element("rect", {x: left, y: top, width: room, height: high}))));
+  const each = Math.max(3, Math.round(room / 110));
+  const step = ticks(xlow, xhigh, each);
+  const spacing = step.length > 1 ? step[1] - step[0] : 1;
+  for (const x of step) {
+    svg.append(element("line", {x1: px(x), x2: px(x), y1: top, y2: top + high, stroke: css("--grid")}),
+      element("text", {x: px(x), y: top + high + 18, "text-anchor": "middle"}, number(x, 7)));
+  }
+  for (let i = Math.ceil(ylow / spacing); i * spacing <= yhigh; ++i) {
+    const y = i * spacing;
+    svg.append(element("line", {x1: left, x2: left + room, y1: py(y), y2: py(y), stroke: css("--grid")}),
+      element("text", {x: left - 8, y: py(y) + 4, "text-anchor": "end"}, number(y, 7)));
+  }
+  svg.append(element("text", {x: left + room / 2, y: top + high + 40, "text-anchor": "middle"}, "x, east (m)"),
+    element("text", {transform: `translate(14 ${top + high / 2}) rotate(-90)`, "text-anchor": "middle"}, "y, north (m)"));
+  const inside = element("g", {"clip-path": "url(#frame)"});
+  svg.append(inside);
+  const curve = name => data.grid[name][0].map((x, i) => (i ? "L" : "M") + px(x).toFixed(2) + " " +
+    py(data.grid[name][1][i]).toFixed(2)).join("");
+  // The band: circles of the guaranteed rms around the path, drawn opaque and made transparent together.
+  const opaque = css("--estimate");
+  const band = element("g", {opacity: .22});
+  const [cx, cy] = data.grid[centre];
+  data.grid.guaranteed_rms.forEach((r, i) => {
+    if (!isNumber(r)) return;
+    if (i > 0) band.append(element("line", {x1: px(cx[i - 1]), y1: py(cy[i - 1]), x2: px(cx[i]), y2: py(cy[i]),
+      stroke: opaque, "stroke-width": 2 * r * scale, "stroke-linecap": "round"}));
+  });
+  inside.append(band);
+  for (const name of shown) {
+    const s = styles()[name];
+    inside.append(element("path", {d: curve(name), fill: "none", stroke: s.stroke, "stroke-width": s.width,
+      "stroke-dasharray": s.dash.join(" "), "stroke-linejoin": "round", "data-curve": name}));
+  }
+  const first = data.grid[centre];
+  inside.append(element("circle", {cx: px(first[0][0]), cy: py(first[1][0]), r: 4.5, fill: css("--paper"),
+    stroke: css("--ink"), "stroke-width": 1.6}),
+    element("text", {x: px(first[0][0]) + 9, y: py(first[1][0]) - 7}, "start"));
+  for (const s of near) {
+    const [x, y] = [px(s.position[0]), py(s.position[1])];
+    inside.append(element("path", {d: `M${x} ${y - 7}L${x + 6.5} ${y + 5}L${x - 6.5} ${y + 5}Z`, fill: css("--ink")}),
+      element("text", {x: x + 10, y: y + 4}, s.name));
+  }
+  svg.append(element("rect", {x: left, y: top, width: room, height: high, fill: "none", stroke: css("--line")}));
+  const far = data.stations.filter(s => !near.includes(s)).map(s => {
+    const dx = s.position[0] - (x0 + x1) / 2, dy = s.position[1] - (y0 + y1) / 2;
+    const names = ["north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west"];
+    const name = names[Math.round(((Math.atan2(dx, dy) / Math.PI + 2) % 2) * 4) % 8];
+    return `${s.name} (${number(Math.hypot(dx, dy) / 1000, 3)} km ${name})`;
+  });
+  byId("plan-note").textContent = "Same scale in both directions. " +
+    (rms.length ? "Shaded: the guaranteed rms error around the path, to scale. " : "") +
+    (far.length ? "Outside the plot: " + far.join(", ") + "." : "");
+  const rows = shown.map(name => styles()[name]);
+  if (rms.length) rows.push({label: "guaranteed rms", fill: css("--band")});
+  box.replaceChildren(legend(rows), svg);
+}
+
+// ---- plots over time --------------------------------------------------------------------------------
+
+function axis(label, values) {
+  return {label, stroke: css("--soft"), grid: {stroke: css("--grid"), width: 1}, ticks: {stroke: css("--grid"), width: 1},
+    font: "12px system-ui, sans-serif", labelFont: "12px system-ui, sans-serif", labelSize: 18,
+    size: values ? 40 : 62, values: (_, list) => list.map(v => v === null ? "" : number(v, 7))};
+}
+
+function plot(box, {x = data.grid.t, series, bands = [], yLabel, height = 260, yRange, xLabel = "time (s)", lines = []}) {
+  const readout = element("div", {class: "readout"});
+  const target = element("div");
+  box.replaceChildren(legend(series.filter(s => s.label && !s.hidden).concat(bands.map(b => b.legend))), target, readout);
+  const options = {
+    width: Math.max(280, box.clientWidth), height, legend: {show: false}, cursor: {drag: {x: true, y: false}},
+    scales: {x: {time: false}, y: yRange ? {range: yRange} : {}},
+    axes: [axis(xLabel, true), axis(yLabel)],
+    series: [{}].concat(series.map(s => ({label: s.label, stroke: s.stroke, width: s.width, dash: s.dash, fill: s.fill,
+      paths: s.paths, points: s.points || {show: false}, spanGaps: false}))),
+    bands: bands.map(b => ({series: b.series, fill: b.fill})),
+    hooks: {
+      draw: [u => {
+        for (const level of lines) {
+          const y = u.valToPos(level, "y", true);
+          u.ctx.save();
+          u.ctx.strokeStyle = css("--nominal");
+          u.ctx.setLineDash([4, 4]);
+          u.ctx.beginPath(); u.ctx.moveTo(u.bbox.left, y); u.ctx.lineTo(u.bbox.left + u.bbox.width, y); u.ctx.stroke();
+          u.ctx.restore();
+        }
+      }],
+      setCursor: [u => {
+        const i = u.cursor.idx;
+        readout.textContent = i === null || i === undefined ? "" : `${xLabel.split(" ")[0]} ${number(u.data[0][i], 5)}: ` +
+          series.map((s, k) => [s, u.data[k + 1][i]]).filter(([s, v]) => s.label && isNumber(v))
+            .map(([s, v]) => `${s.label} ${number(v)}`).join("  \u00b7  ");
+      }],
+    },
+  };
+  return new uPlot(options, [x].concat(series.map(s => s.values)), target);
+}
+
+function drawHeight(box) {
+  const g = data.grid, centre = (g.estimate || g.nominal)[2];
+  const edge = sign => centre.map((z, i) => isNumber(g.guaranteed_rms[i]) ? z + sign * g.guaranteed_rms[i] : null);
+  const none = {stroke: "transparent", width: 0, hidden: true};
+  const series = [{...none, values: edge(1)}, {...none, values: edge(-1)}]
+    .concat(paths().map(name => ({...styles()[name], values: g[name][2]})));
+  plot(box, {series, yLabel: "height z (m)", height: 300,
+    bands: [{series: [1, 2], fill: css("--band"), legend: {label: "\u00b1 guaranteed rms", fill: css("--band")}}]});
+  byId("height-note").textContent =
+    "The band is the guaranteed rms of the whole position error; the height error alone is no larger in the mean square.";
+}
+
+const fromZero = (_, low, high) => [0, high > 0 ? 1.08 * high : 1];
+
+function drawError(box) {
+  const g = data.grid, s = styles();
+  const series = [{...s.estimate, label: "guaranteed rms (proved at each time)", values: g.guaranteed_rms, width: 2.6}];
+  let note = "Guaranteed rms error of the position at each time, for the same estimator. ";
+  if (data.errors) {
+    series.push({label: "actual error of the estimate", stroke: s.truth.stroke, width: 1.5, values: data.errors.estimate});
+    if (data.errors.gauss_markov) {
+      series.push({label: "actual error of Gauss\u2013Markov", stroke: s.gauss_markov.stroke, width: 1.5, dash: [7, 4],
+        values: data.errors.gauss_markov});
+    }
+    note += "The guarantee is about the mean square over many measurement noises: a single actual error may " +
+      "pass it at moments.";
+  }
+  byId("error-note").textContent = note;
+  plot(box, {series, yLabel: "position error (m)", yRange: fromZero});
+}
+
+function drawAcceleration(box) {
+  const s = data.segments;
+  const x = s.flatMap(e => [e.begin, e.end]);
+  const steps = key => s.flatMap(e => [e[key], e[key]]);
+  const series = [];
+  if (s.some(e => isNumber(e.magnitude))) {
+    series.push({label: "estimated deviation", stroke: css("--estimate"), fill: css("--band"), width: 2, values: steps("magnitude")});
+  }
+  series.push({label: "bound in the same direction", stroke: css("--gauss"), width: 2, dash: [7, 4], values: steps("limit")});
+  byId("acceleration-note").textContent = "Deviation from the reference's acceleration, one constant vector per segment. " +
+    "The estimator is linear, so an estimate may pass its bound a little; often and far means that a bound is too tight.";
+  // Segment ends share a time; a tiny shift keeps the two values apart.
+  for (let i = 2; i < x.length; i += 2) x[i] += 1e-9 * (x[x.length - 1] - x[0]);
+  plot(box, {x, series, yLabel: "acceleration (m/s\u00b2)", yRange: fromZero});
+}
+
+function drawWorst(box) {
+  const colours = ["--estimate", "--gauss", "--second"], dashes = [[], [7, 4], [2, 3]];
+  const series = data.worst.map((values, i) => ({label: ["x (east)", "y (north)", "z (up)"][i] || "?", values,
+    stroke: css(colours[i]), dash: dashes[i], width: 2}));
+  byId("worst-note").textContent = "The leading direction of the least favourable motion within the bounds, as deviation " +
+    "from the reference: what the measurements tell least about, and the bounds allow.";
+  plot(box, {series, yLabel: "deviation (m)", lines: [0]});
+}
+
+function drawResiduals(box) {
+  box.replaceChildren();
+  byId("residual-note").textContent = "Measured minus computed at the estimate, decorrelated and in units of sigma. " +
+    "Good data scatter about 0 and nearly all lie within \u00b13 (dashed)." +
+    (isNumber(data.numbers.chi2) ? ` Sum of squares ${number(data.numbers.chi2)} over ${data.numbers.components} components.` : "");
+  for (const r of data.residuals) {
+    const cell = element("div");
+    box.append(cell);
+    const holder = element("div", {class: "plot"});
+    cell.append(element("h3", {}, r.station + " ", element("small", {}, r.component)), holder);
+    const most = Math.max(4, ...r.values.map(Math.abs));
+    plot(holder, {x: r.t, yLabel: "sigma", height: 190, lines: [-3, 0, 3], yRange: () => [-1.08 * most, 1.08 * most],
+      series: [{stroke: css("--estimate"), width: 0, paths: () => null, values: r.values,
+        points: {show: true, size: 4, fill: css("--estimate"), stroke: css("--estimate")}}]});
+  }
+}
+
+function drawShares(box) {
+  const colours = ["--estimate", "--gauss", "--second", "--third", "--nominal"].map(css);
+  const bar = element("div", {class: "share", role: "img", "aria-label": "shares of the guaranteed squared error"});
+  const key = [];
+  data.shares.forEach((s, i) => {
+    bar.append(element("i", {style: `width:${100 * s.share}%;background:${colours[i % colours.length]}`}));
+    key.push({label: `${s.name} ${number(100 * s.share, 3)} %`, fill: colours[i % colours.length]});
+  });
+  byId("share-note").textContent = "Parts of the guaranteed squared error: measurement noise passed on by the estimator, and the " +
+    "price of each bound (its multiplier). A bound with a large part is one that a tighter value, or better measurements, would pay off.";
+  box.replaceChildren(bar, legend(key));
+}
+
+function writeFacts() {
+  const table = element("table");
+  for (const [name, value] of data.facts) table.append(element("tr", {}, element("th", {}, name), element("td", {}, value)));
+  for (const input of data.inputs) {
+    table.append(element("tr", {}, element("th", {}, "input " + input.name), element("td", {},
+      element("code", {}, "SHA-256 " + input.sha256))));
+  }
+  byId("facts").append(table);
+}
+
+// ---- all together -----------------------------------------------------------------------------------
+
+const drawings = [
+  ["plan", drawPlan, true], ["height", drawHeight, true],
+  ["error", drawError, data.grid.guaranteed_rms.some(isNumber)],
+  ["share", drawShares, data.shares.length > 0],
+  ["acceleration", drawAcceleration, data.segments.some(s => isNumber(s.magnitude) || isNumber(s.limit))],
+  ["worst", drawWorst, data.worst !== null], ["residuals", drawResiduals, data.residuals.length > 0],
+];
+
+function drawAll() {
+  for (const [id, draw, wanted] of drawings) {
+    byId(id).closest("section").hidden = !wanted;
+    if (wanted) draw(byId(id));
+  }
+}
+
+/// For the test of this page: what was drawn, and every error, as an attribute of the root element.
+function selfCheck() {
+  const drawn = {};
+  for (const canvas of document.querySelectorAll("canvas")) {
+    const id = canvas.closest("[id]").id;
+    const pixels = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+    let count = 0;
+    for (let i = 3; i < pixels.length; i += 4) count += pixels[i] > 0;
+    drawn[id] = Math.min(count, drawn[id] ?? Infinity);
+  }
+  for (const curve of document.querySelectorAll("path[data-curve]")) {
+    drawn["plan-" + curve.dataset.curve] = Math.round(curve.getTotalLength());
+  }
+  document.documentElement.dataset.check = JSON.stringify({errors, drawn});
+}
+
+try {
+  writeTop();
+  writeFacts();
+  drawAll();
+  let pending = 0;
+  const again = () => { clearTimeout(pending); pending = setTimeout(drawAll, 150); };
+  window.addEventListener("resize", again);
+  window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", again);
+} catch (error) {
+  console.error(String(error.stack || error));
+}
+if (location.hash === "#check") setTimeout(selfCheck, 500);
+})();

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "result_files.hpp"
+
+#include <cmath>
+#include <vector>
+
+#include "../io/csv.hpp"
+#include "trammel/core/status.hpp"
+
+namespace trammel::report {
+
+namespace {
+
+using estimate::TrajectoryEstimate;
+using io::Json;
+
+std::string metres(double value) { return std::isinf(value) ? "unbounded" : io::shortest(value) + " m"; }
+
+}  // namespace
+
+Json result_json(const ReportInput& input) {
+  const TrajectoryEstimate& estimate = input.estimate;
+  Json json;
+  json["title"] = input.scenario.scenario.title;
+  json["status"] = describe(estimate.solution.status).name;
+  json["claim"] = to_string(estimate.solution.claim);
+  json["parameters"] = estimate.parameters;
+  json["observations"] = estimate.observations;
+  json["method"] = minimax::to_string(estimate.solution.method);
+  json["iterations"] = estimate.solution.iterations;
+  json["guaranteed_rms_m"] = io::to_json(estimate.guaranteed_rms_m);
+  json["lower_bound_rms_m"] = io::to_json(estimate.lower_bound_rms_m);
+  json["relative_gap"] = io::to_json(estimate.solution.relative_gap());
+  json["gauss_markov_rms_m"] = io::to_json(estimate.gauss_markov_rms_m);
+  json["prior_rms_m"] = io::to_json(estimate.prior_rms_m);
+  json["lambda_m2"] = io::to_json(estimate.lambda_m2);
+  json["solve_time_s"] = io::to_json(estimate.solution.solve_time_s);
+  json["library_version"] = kVersion;
+  json["inputs"] = Json::array();
+  for (const io::InputFile& file : input.scenario.inputs) {
+    json["inputs"].push_back({{"name", file.name}, {"sha256", file.sha256}});
+  }
+  if (!estimate.unbounded_directions.empty()) {
+    json["unbounded_directions"] = estimate.unbounded_directions;
+  }
+  if (estimate.observed) {
+    const estimate::ObservationResult& observed = *estimate.observed;
+    json["chi2"] = io::to_json(observed.chi2);
+    json["estimate"] = {{"theta", io::to_json(observed.theta)},
+                        {"knots_s", input.scenario.scenario.knots_s},
+                        {"position_m", io::matrix_to_json(observed.knot_position_m)},
+                        {"velocity_mps", io::matrix_to_json(observed.knot_velocity_mps)}};
+    json["linearisation"] = {{"ratio", io::to_json(observed.linearisation.ratio)},
+                             {"iterations", observed.linearisation.iterations},
+                             {"converged", observed.linearisation.converged}};
+  }
+  if (input.truth != nullptr) {
+    json["truth"] = {{"estimate_rms_m", io::to_json(input.truth->estimate_rms_m)},
+                     {"gauss_markov_rms_m", io::to_json(input.truth->gauss_markov_rms_m)}};
+  }
+  return json;
+}
+
+std::string trajectory_csv(const TrajectoryEstimate& estimate) {
+  const estimate::PathTable& path = estimate.observed ? estimate.observed->path : estimate.nominal;
+  std::vector<std::vector<double>> rows;
+  rows.reserve(path.times_s.size());
+  for (std::size_t i = 0; i < path.times_s.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    const auto& x = path.position_m;
+    const auto& v = path.velocity_mps;
+    const double rms =
+        i < estimate.guaranteed_rms_at_m.size() ? estimate.guaranteed_rms_at_m[i] : std::nan("");
+    rows.push_back({path.times_s[i], x(row, 0), x(row, 1), x(row, 2), v(row, 0), v(row, 1), v(row, 2), rms});
+  }
+  return io::format_csv({"t_s", "x_m", "y_m", "z_m", "vx_mps", "vy_mps", "vz_mps", "guaranteed_rms_m"}, rows);
+}
+
+std::string summary(const ReportInput& input) {
+  const TrajectoryEstimate& estimate = input.estimate;
+  const StatusText& status = describe(estimate.solution.status);
+  std::string text = input.scenario.scenario.title + (input.scenario.scenario.title.empty() ? "" : "\n");
+  const auto line = [&](std::string name, const std::string& value) {
+    constexpr std::size_t kNameWidth = 24;
+    name.resize(std::max(kNameWidth, name.size() + 1), ' ');
+    text += name + value + "\n";
+  };
+  line("status", std::string(status.name) + ": " + std::string(status.cause));
+  if (estimate.solution.status != SolveStatus::kOptimal) {
+    line("what to do", std::string(status.remedy));
+  }
+  line("guaranteed rms error",
+       metres(estimate.guaranteed_rms_m) + " (certified), " + describe_criterion(input.scenario.scenario));
+  line("lower bound",
+       metres(estimate.lower_bound_rms_m) + " (certified: no linear estimator guarantees less)");
+  line("Gauss-Markov rms error", metres(estimate.gauss_markov_rms_m) + " (measurements alone)");
+  line("prior rms error", metres(estimate.prior_rms_m) + " (bounds alone)");
+  if (estimate.observed) {
+    line("linearisation ratio", io::shortest(estimate.observed->linearisation.ratio) + " sigma");
+    line("chi2", io::shortest(estimate.observed->chi2));
+  }
+  if (input.truth != nullptr) {
+    line("actual rms error", metres(input.truth->estimate_rms_m) + " (estimate against the true path)");
+  }
+  line("size", std::to_string(estimate.parameters) + " parameters, " + std::to_string(estimate.observations) +
+                   " measurements, " + std::string(minimax::to_string(estimate.solution.method)) + ", " +
+                   std::to_string(estimate.solution.iterations) + " iterations, " +
+                   io::shortest(estimate.solution.solve_time_s) + " s");
+  for (const std::string& warning : warnings(input)) {
+    line("note", warning);
+  }
+  return text;
+}
+
+}  // namespace trammel::report
