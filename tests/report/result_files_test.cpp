@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/result_files.hpp"
+
+#include <limits>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "io/csv.hpp"
+#include "io/temporary_folder.hpp"
+#include "sample_estimate.hpp"
+
+namespace {
+
+using namespace trammel;
+
+TEST(ResultJson, HasTheRequiredFields) {
+  const io::ScenarioInput scenario = test::sample_scenario();
+  const estimate::TrajectoryEstimate estimate = test::sample_estimate();
+  const io::Json json = report::result_json({scenario, estimate});
+  EXPECT_EQ(json.at("status"), "optimal");
+  EXPECT_EQ(json.at("method"), "interior_point");
+  EXPECT_EQ(json.at("parameters"), 30);
+  EXPECT_EQ(json.at("observations"), 120);
+  EXPECT_EQ(json.at("iterations"), 21);
+  EXPECT_EQ(json.at("guaranteed_rms_m"), 4.0);
+  EXPECT_EQ(json.at("lower_bound_rms_m"), estimate.lower_bound_rms_m);
+  EXPECT_NEAR(json.at("relative_gap").get<double>(), 1e-7 / 16.0, 1e-15);
+  EXPECT_EQ(json.at("gauss_markov_rms_m"), 5.0);
+  EXPECT_EQ(json.at("prior_rms_m"), 800.0);
+  EXPECT_EQ(json.at("lambda_m2").size(), 10U);
+  EXPECT_EQ(json.at("solve_time_s"), 0.25);
+  EXPECT_EQ(json.at("library_version"), kVersion);
+  EXPECT_EQ(json.at("inputs")[0].at("name"), "sample.toml");
+  EXPECT_EQ(json.at("inputs")[0].at("sha256"), std::string(64, 'a'));
+  EXPECT_EQ(json.at("chi2"), 250.0);
+  EXPECT_EQ(json.at("estimate").at("theta").size(), 30U);
+  EXPECT_EQ(json.at("estimate").at("position_m").size(), 9U);
+  EXPECT_EQ(json.at("estimate").at("velocity_mps")[8].size(), 3U);
+  EXPECT_EQ(json.at("linearisation").at("ratio"), 0.02);
+  EXPECT_EQ(json.at("linearisation").at("converged"), false);
+  EXPECT_FALSE(json.contains("truth"));
+}
+
+TEST(ResultJson, NothingComputedIsNullAndDesignHasNoEstimate) {
+  const io::ScenarioInput scenario = test::sample_scenario();
+  estimate::TrajectoryEstimate estimate = test::sample_estimate();
+  estimate.observed.reset();
+  estimate.gauss_markov_rms_m = std::numeric_limits<double>::infinity();
+  estimate.prior_rms_m = std::numeric_limits<double>::quiet_NaN();
+  estimate.solution.status = SolveStatus::kUnbounded;
+  estimate.unbounded_directions = {"velocity y"};
+  const io::Json json = report::result_json({scenario, estimate});
+  EXPECT_TRUE(json.at("gauss_markov_rms_m").is_null());
+  EXPECT_TRUE(json.at("prior_rms_m").is_null());
+  EXPECT_EQ(json.at("status"), "unbounded");
+  EXPECT_EQ(json.at("unbounded_directions")[0], "velocity y");
+  EXPECT_FALSE(json.contains("estimate"));
+  EXPECT_FALSE(json.contains("chi2"));
+  const std::string text = report::summary({scenario, estimate});
+  EXPECT_NE(text.find("velocity y"), std::string::npos);
+  EXPECT_NE(text.find("bound the direction named"), std::string::npos);
+}
+
+TEST(TrajectoryCsv, ReadsBack) {
+  const test::TemporaryFolder folder;
+  const estimate::TrajectoryEstimate estimate = test::sample_estimate();
+  const auto file = folder.write("trajectory.csv", report::trajectory_csv(estimate));
+  const io::CsvTable table = io::read_csv(file);
+  ASSERT_EQ(table.rows.size(), estimate.observed->path.times_s.size());
+  EXPECT_EQ(table.number(40, table.column("x_m")), estimate.observed->path.position_m(40, 0));
+  EXPECT_EQ(table.number(40, table.column("vz_mps")), estimate.observed->path.velocity_mps(40, 2));
+  EXPECT_EQ(table.number(40, table.column("guaranteed_rms_m")), estimate.guaranteed_rms_at_m[40]);
+  const io::PathSamples path = io::read_path(file, 0.0, test::kSampleEnd_s);
+  EXPECT_EQ(path.times_s, estimate.observed->path.times_s);
+}
+
+TEST(Warnings, LinearisationAndResiduals) {
+  const io::ScenarioInput scenario = test::sample_scenario();
+  estimate::TrajectoryEstimate estimate = test::sample_estimate();
+  EXPECT_TRUE(report::warnings({scenario, estimate}).empty());
+  estimate.observed->linearisation.ratio = 0.5;
+  ASSERT_EQ(report::warnings({scenario, estimate}).size(), 1U);
+  EXPECT_NE(report::warnings({scenario, estimate})[0].find("0.5 sigma"), std::string::npos);
+  estimate.observed->chi2 = 1000.0;
+  EXPECT_EQ(report::warnings({scenario, estimate}).size(), 2U);
+}
+
+}  // namespace
