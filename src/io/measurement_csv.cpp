@@ -3,11 +3,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "csv.hpp"
 #include "trammel/core/error.hpp"
-#include "trammel/linalg/cholesky.hpp"
+#include "trammel/problem/noise.hpp"
 
 namespace trammel::io {
 
@@ -114,48 +113,11 @@ std::optional<Eigen::MatrixXd> read_row_covariance(const CsvTable& table, std::s
     throw Error({table.where(row) + ": covariance", "no value in " + missing,
                  "all entries of the upper triangle, or none"});
   }
-  require_covariance(covariance, size, table.where(row) + ": covariance");
+  (void)noise_factor(covariance, size, table.where(row) + ":");
   return covariance;
 }
 
 }  // namespace
-
-void require_covariance(const Eigen::MatrixXd& covariance, Eigen::Index size, const std::string& where) {
-  const std::string shape = std::to_string(size) + " by " + std::to_string(size);
-  if (covariance.rows() != size || covariance.cols() != size) {
-    throw Error(
-        {where,
-         "a matrix of " + std::to_string(covariance.rows()) + " by " + std::to_string(covariance.cols()),
-         "a covariance of " + shape});
-  }
-  constexpr double kSymmetry = 1e-9;  // covariances are often printed with ten digits or so
-  for (Eigen::Index i = 0; i < size; ++i) {
-    for (Eigen::Index j = 0; j < i; ++j) {
-      const double allowed = kSymmetry * std::sqrt(std::abs(covariance(i, i) * covariance(j, j)));
-      if (!(std::abs(covariance(i, j) - covariance(j, i)) <= allowed)) {
-        throw Error({where,
-                     shortest(covariance(j, i)) + " above and " + shortest(covariance(i, j)) +
-                         " below the diagonal in row " + std::to_string(i + 1) + ", column " +
-                         std::to_string(j + 1),
-                     "a symmetric matrix"});
-      }
-    }
-    if (!(covariance(i, i) > 0.0)) {
-      throw Error({where, shortest(covariance(i, i)) + " as variance " + std::to_string(i + 1),
-                   "a positive definite covariance"});
-    }
-  }
-  // Scaled to unit variances, so that definiteness does not depend on the units of the components.
-  const Eigen::VectorXd deviation = covariance.diagonal().cwiseSqrt();
-  const Eigen::MatrixXd correlation =
-      (covariance.array() / (deviation * deviation.transpose()).array()).matrix();
-  constexpr double kSmallestPivot = 1e-14;  // below it the sign of an eigenvalue is a rounding error
-  const linalg::Cholesky factor(correlation);
-  if (factor.info() != Eigen::Success ||
-      !(factor.matrixLLT().diagonal().array().square() > kSmallestPivot).all()) {
-    throw Error({where, "a matrix with an eigenvalue at or below zero", "a positive definite covariance"});
-  }
-}
 
 void require_within_knots(double t_s, const std::vector<double>& knots_s, const std::string& where) {
   if (!(t_s >= knots_s.front() && t_s <= knots_s.back())) {

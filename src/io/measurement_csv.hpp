@@ -3,10 +3,8 @@
 /// Measurements and paths as CSV.
 #pragma once
 
-#include <array>
 #include <filesystem>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -35,9 +33,6 @@ struct PathSamples {
 /// Reads `t_s,x_m,y_m,z_m`; the further columns of a trajectory.csv are allowed and left out. Throws Error
 /// unless times increase and reach from `begin_s` to `end_s`.
 [[nodiscard]] PathSamples read_path(const std::filesystem::path& file, double begin_s, double end_s);
-
-/// Throws Error unless `covariance` is size x size, symmetric and positive definite.
-void require_covariance(const Eigen::MatrixXd& covariance, Eigen::Index size, const std::string& where);
 
 /// Throws Error unless `t_s` is within the scenario's knots.
 void require_within_knots(double t_s, const std::vector<double>& knots_s, const std::string& where);

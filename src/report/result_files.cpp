@@ -55,8 +55,8 @@ Json result_json(const ReportInput& input) {
                              {"converged", observed.linearisation.converged}};
   }
   if (input.truth != nullptr) {
-    json["truth"] = {{"estimate_rms_m", io::to_json(input.truth->estimate_rms_m)},
-                     {"gauss_markov_rms_m", io::to_json(input.truth->gauss_markov_rms_m)}};
+    json["truth"] = {{"actual_rms_error_m", io::to_json(input.truth->estimate_rms_m)},
+                     {"actual_gauss_markov_rms_error_m", io::to_json(input.truth->gauss_markov_rms_m)}};
   }
   return json;
 }

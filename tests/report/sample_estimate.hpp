@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "io/measurement_csv.hpp"
 #include "io/scenario_reader.hpp"
 #include "trammel/estimate/trajectory_estimate.hpp"
 
