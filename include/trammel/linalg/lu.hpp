@@ -11,6 +11,8 @@ namespace trammel::inline TRAMMEL_ABI::linalg {
 
 /// P A = L U with row pivoting, A invertible.
 using Lu = Eigen::PartialPivLU<Eigen::MatrixXd>;
+/// P A = L U of a 3 x 3 matrix, without allocation.
+using Lu3 = Eigen::PartialPivLU<Eigen::Matrix3d>;
 
 }  // namespace trammel::inline TRAMMEL_ABI::linalg
 
