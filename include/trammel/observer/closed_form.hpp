@@ -38,16 +38,15 @@ struct ChannelRotation {
 
 /// A PlanProblem in its natural variables. All 2-vectors are in channel coordinates.
 ///
-/// | symbol | field        | unit  | meaning                                                                  |
+/// | symbol | field        | unit  | meaning |
 /// |--------|--------------|-------|--------------------------------------------------------------------------|
-/// | V      | speed        | m/s   | closing speed                                                            |
-/// | x0, a  | x_start/end  | m     | both negative                                                            |
-/// | ds     | span         | 1/m   | 1/x0 - 1/a = V T/(x0 a)                                                  |
-/// | L      | gain         | 1     | ds/(V sigma^2), sigma^2 = sigma0^2 Delta: information of the flight      |
-/// | fm, fd | middle, half_change | 1 | (phi0 + phia)/2 and (phi0 - phia)/2 of the tangents phi = (y, z)/x      |
-/// | delta  | prior_precision | 1/m^2 | D22 = Q diag(delta) Q': information on y, z at the start              |
-/// | Bs     | prior_slope  | 1     | (gamma_12, gamma_13)/gamma_11                                            |
-/// | e      | offset       | 1     | fm - Bs                                                                  |
+/// | V      | speed        | m/s   | closing speed | | x0, a  | x_start/end  | m     | both negative | | ds
+/// | span         | 1/m   | 1/x0 - 1/a = V T/(x0 a)                                                  | | L |
+/// gain         | 1     | ds/(V sigma^2), sigma^2 = sigma0^2 Delta: information of the flight      | | fm, fd
+/// | middle, half_change | 1 | (phi0 + phia)/2 and (phi0 - phia)/2 of the tangents phi = (y, z)/x      | |
+/// delta  | prior_precision | 1/m^2 | D22 = Q diag(delta) Q': information on y, z at the start              |
+/// | Bs     | prior_slope  | 1     | (gamma_12, gamma_13)/gamma_11 | | e      | offset       | 1     | fm -
+/// Bs                                                                  |
 struct ChannelProblem {
   double speed = 0.0;
   double sigma = 0.0;
@@ -115,8 +114,8 @@ struct PathValue {
     value.range_information += share * p.prior_precision[i] * mean_offset * mean_offset;
   }
   const double xi2 = f.xi * f.xi;
-  const double bending = 0.5 * wave_square * xi2 * xi2 * f.cubic_remainder +
-                         4.0 * change_square * f.half_power() * inverse_m2;
+  const double bending =
+      0.5 * wave_square * xi2 * xi2 * f.cubic_remainder + 4.0 * change_square * f.half_power() * inverse_m2;
   value.control_energy = p.speed * (bending / p.span - p.x_start * p.tangent_start.squaredNorm() +
                                     p.x_end * p.tangent_end.squaredNorm());
   return value;
@@ -130,8 +129,7 @@ inline ChannelProblem::ChannelProblem(const PlanProblem& problem)
       span(speed * problem.time_to_go_s / (x_start * x_end)) {
   // A grid point that rounding puts just behind the end of the flight still belongs to it.
   constexpr double kTimeTolerance = 1e-9;
-  const bool measured =
-      problem.measurement_interval_s <= problem.time_to_go_s * (1.0 + kTimeTolerance);
+  const bool measured = problem.measurement_interval_s <= problem.time_to_go_s * (1.0 + kTimeTolerance);
   gain = measured ? span / (speed * sigma * sigma) : 0.0;
   const Eigen::Matrix3d& gamma = problem.covariance_m2;
   prior_information = 1.0 / gamma(0, 0);

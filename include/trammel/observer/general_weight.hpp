@@ -26,7 +26,8 @@ struct DualPoint {
   double value = 0.0;                                  ///< g(p)
 };
 
-/// The dual of the general problem. With p_j = sqrt(beta_j) Gamma_1j and |p| = xi/(sigma L) the extremal path is
+/// The dual of the general problem. With p_j = sqrt(beta_j) Gamma_1j and |p| = xi/(sigma L) the extremal path
+/// is
 ///
 ///   w = Q diag(1/v_i) Q' (D22 e - c),  c = (sqrt(beta_2) p_2, sqrt(beta_3) p_3)/|p|^2,
 ///
@@ -44,6 +45,10 @@ class GeneralWeightDual {
   GeneralWeightDual(const ChannelProblem& problem, const Eigen::Vector3d& beta);
 
   [[nodiscard]] DualPoint at(const Eigen::Vector3d& p) const;
+  /// The largest g on the boundary |p| = xi_1/(sigma L), where the weak channel k has v_k = 0: g is finite
+  /// only where its force (D22 e - c)_k vanishes too, a plane that cuts the sphere in a circle. Any value
+  /// there is a lower bound. -infinity as value if plane and sphere do not meet.
+  [[nodiscard]] DualPoint best_on_boundary() const;
   /// Jacobian of the gradient by central differences, symmetrised.
   [[nodiscard]] Eigen::Matrix3d curvature(const Eigen::Vector3d& p) const;
   /// p_j = sqrt(beta_j) Gamma_1j of any path shape.
@@ -59,6 +64,11 @@ class GeneralWeightDual {
   [[nodiscard]] int evaluations() const { return evaluations_; }
 
  private:
+  [[nodiscard]] DualPoint complete(const Eigen::Vector3d& p, const Frequency& f,
+                                   const Eigen::Vector2d& wave) const;
+  [[nodiscard]] Eigen::Vector2d force(const Eigen::Vector3d& p) const;
+  [[nodiscard]] DualPoint at_boundary(const Eigen::Vector3d& p) const;
+
   ChannelProblem problem_;
   Eigen::Vector3d beta_;
   Eigen::Vector3d root_;  ///< sqrt(beta)
@@ -68,10 +78,10 @@ class GeneralWeightDual {
   mutable int evaluations_ = 0;
 };
 
-/// Damped Newton on the dual from the multipliers of the straight path, kept inside the ball; where the maximum
-/// lies on its boundary (nearly on the axis, extreme weights), the closed form of the cost is minimised over
-/// (xi, w) from several starts, and the bound reached so far is returned with it: a heuristic whose gap is
-/// stated, not a proof.
+/// Damped Newton on the dual from the multipliers of the straight path, kept inside the ball; where the
+/// maximum lies on its boundary (nearly on the axis, extreme weights), the closed form of the cost is
+/// minimised over (xi, w) from several starts, and the bound reached so far is returned with it: a heuristic
+/// whose gap is stated, not a proof.
 [[nodiscard]] GeneralWeightSolution solve_general_weight(const ChannelProblem& problem,
                                                          const Eigen::Vector3d& beta);
 

@@ -12,10 +12,12 @@
 #include "trammel/linalg/cholesky.hpp"
 #include "trammel/linalg/lu.hpp"
 #include "trammel/observer/general_weight.hpp"
+#include "trammel/observer/single_weight.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::observer {
 
-TRAMMEL_INLINE GeneralWeightDual::GeneralWeightDual(const ChannelProblem& problem, const Eigen::Vector3d& beta)
+TRAMMEL_INLINE GeneralWeightDual::GeneralWeightDual(const ChannelProblem& problem,
+                                                    const Eigen::Vector3d& beta)
     : problem_(problem),
       beta_(beta),
       root_(beta.cwiseSqrt()),
@@ -26,26 +28,129 @@ TRAMMEL_INLINE GeneralWeightDual::GeneralWeightDual(const ChannelProblem& proble
   constant_ = beta.y() * lateral(0, 0) + beta.z() * lateral(1, 1);
 }
 
-TRAMMEL_INLINE DualPoint GeneralWeightDual::at(const Eigen::Vector3d& p) const {
+TRAMMEL_INLINE Eigen::Vector2d GeneralWeightDual::force(const Eigen::Vector3d& p) const {
+  const Eigen::Vector2d pull =
+      problem_.rotation.to_channels(Eigen::Vector2d(root_.y() * p.y(), root_.z() * p.z()) / p.squaredNorm());
+  return problem_.prior_precision.cwiseProduct(problem_.offset) - pull;
+}
+
+TRAMMEL_INLINE DualPoint GeneralWeightDual::complete(const Eigen::Vector3d& p, const Frequency& f,
+                                                     const Eigen::Vector2d& wave) const {
   ++evaluations_;
-  DualPoint point;
-  point.p = p;
-  const double square = p.squaredNorm();
-  point.shape.xi = scale_ * std::sqrt(square);
-  const Frequency f(point.shape.xi);
-  const Eigen::Vector2d pull = problem_.rotation.to_channels(
-      Eigen::Vector2d(root_.y() * p.y(), root_.z() * p.z()) / square);
-  const Eigen::Vector2d v = problem_.stiffness(f);
-  for (int i = 0; i < 2; ++i) {
-    const double force = problem_.prior_precision[i] * problem_.offset[i] - pull[i];
-    point.shape.wave[i] = force == 0.0 ? 0.0 : force / v[i];
-  }
-  const PathValue value = evaluate(problem_, f, point.shape.wave);
+  const PathValue value = evaluate(problem_, f, wave);
   const Eigen::Vector2d b = problem_.rotation.to_axes(value.slope);
   const Eigen::Vector3d aim(root_.x(), root_.y() * b.x(), root_.z() * b.y());
+  DualPoint point;
+  point.p = p;
+  point.shape = {f.xi, wave};
   point.gradient = aim - value.range_information * p;
-  point.value = 2.0 * aim.dot(p) - square * value.range_information + value.control_energy + constant_;
+  point.value =
+      2.0 * aim.dot(p) - p.squaredNorm() * value.range_information + value.control_energy + constant_;
   return point;
+}
+
+TRAMMEL_INLINE DualPoint GeneralWeightDual::at(const Eigen::Vector3d& p) const {
+  const Frequency f(scale_ * p.norm());
+  const Eigen::Vector2d pulled = force(p);
+  const Eigen::Vector2d v = problem_.stiffness(f);
+  Eigen::Vector2d wave;
+  for (int i = 0; i < 2; ++i) {
+    wave[i] = pulled[i] == 0.0 ? 0.0 : pulled[i] / v[i];
+  }
+  return complete(p, f, wave);
+}
+
+TRAMMEL_INLINE DualPoint GeneralWeightDual::at_boundary(const Eigen::Vector3d& p) const {
+  const Frequency f(critical_);
+  const Eigen::Vector2d pulled = force(p);
+  const Eigen::Vector2d v = problem_.stiffness(f);
+  Eigen::Vector2d wave = Eigen::Vector2d::Zero();
+  for (int i = 0; i < 2; ++i) {
+    // g does not depend on the amplitude of a channel whose v and force are both zero.
+    if (i != problem_.weak_channel() && v[i] > detail::kSingularStiffness * problem_.prior_precision[i]) {
+      wave[i] = pulled[i] / v[i];
+    }
+  }
+  return complete(p, f, wave);
+}
+
+TRAMMEL_INLINE DualPoint GeneralWeightDual::best_on_boundary() const {
+  constexpr int kSamples = 64;
+  constexpr double kGolden = 0.38196601125010515;
+  constexpr int kGoldenSteps = 60;
+  DualPoint best;
+  best.value = -std::numeric_limits<double>::infinity();
+  const int weak = problem_.weak_channel();
+  const Eigen::Vector2d axis = problem_.rotation.to_axes(Eigen::Vector2d::Unit(weak));
+  const Eigen::Vector2d target = problem_.prior_precision.cwiseProduct(problem_.offset) * radius() * radius();
+  Eigen::Vector3d normal(0.0, root_.y() * axis.x(), root_.z() * axis.y());
+  const Eigen::Vector2d v = problem_.stiffness(Frequency(critical_));
+  const bool both = v[1 - weak] <= detail::kSingularStiffness * problem_.prior_precision[1 - weak];
+  double offset = 0.0;
+  if (both) {
+    // Equal precisions: both forces must vanish, which fixes p up to the sign of its first component.
+    const Eigen::Vector2d goal = problem_.rotation.to_axes(target);
+    Eigen::Vector3d p = Eigen::Vector3d::Zero();
+    for (int i = 0; i < 2; ++i) {
+      if (goal[i] != 0.0) {
+        p[i + 1] = goal[i] / root_[i + 1];  // infinite without a weight: not feasible
+      }
+    }
+    const double rest = radius() * radius() - p.squaredNorm();
+    if (rest >= 0.0) {
+      p[0] = std::sqrt(rest);
+      best = at_boundary(p);
+    }
+    return best;
+  }
+  const double length = normal.norm();
+  if (length > 0.0) {
+    normal /= length;
+    offset = target[weak] / length;
+  } else if (target[weak] != 0.0) {
+    return best;
+  } else {
+    // The weak channel lies along an axis without weight: nothing pulls p off the plane of the other two.
+    normal = Eigen::Vector3d(0.0, axis.x(), axis.y());
+  }
+  const double ring_square = radius() * radius() - offset * offset;
+  if (!(ring_square >= 0.0)) {
+    return best;
+  }
+  const double ring = std::sqrt(ring_square);
+  const Eigen::Vector3d across(0.0, normal.z(), -normal.y());
+  const auto value_at = [&](double angle) {
+    const DualPoint point = at_boundary(
+        offset * normal + ring * (std::cos(angle) * Eigen::Vector3d::UnitX() + std::sin(angle) * across));
+    if (point.value > best.value) {
+      best = point;
+    }
+    return point.value;
+  };
+  // p_1 >= 0 at the maximum; the best sample and its neighbours bracket it.
+  const double width = std::numbers::pi / kSamples;
+  double centre = 0.0;
+  double largest = -std::numeric_limits<double>::infinity();
+  for (int i = 0; i <= kSamples; ++i) {
+    const double angle = width * i - 0.5 * std::numbers::pi;
+    const double value = value_at(angle);
+    if (value > largest) {
+      largest = value;
+      centre = angle;
+    }
+  }
+  double low = centre - width;
+  double high = centre + width;
+  for (int step = 0; step < kGoldenSteps; ++step) {
+    const double first = low + kGolden * (high - low);
+    const double second = high - kGolden * (high - low);
+    if (value_at(first) < value_at(second)) {
+      low = first;
+    } else {
+      high = second;
+    }
+  }
+  return best;
 }
 
 TRAMMEL_INLINE Eigen::Matrix3d GeneralWeightDual::curvature(const Eigen::Vector3d& p) const {
@@ -222,8 +327,8 @@ class CostDescent {
       for (int j = 0; j < i; ++j) {
         const Eigen::Vector3d a = h[i] * Eigen::Vector3d::Unit(i);
         const Eigen::Vector3d b = h[j] * Eigen::Vector3d::Unit(j);
-        hessian(i, j) = (cost(x + a + b) - cost(x + a - b) - cost(x - a + b) + cost(x - a - b)) /
-                        (4.0 * h[i] * h[j]);
+        hessian(i, j) =
+            (cost(x + a + b) - cost(x + a - b) - cost(x - a + b) + cost(x - a - b)) / (4.0 * h[i] * h[j]);
         hessian(j, i) = hessian(i, j);
       }
     }
@@ -339,6 +444,7 @@ TRAMMEL_INLINE GeneralWeightSolution solve_general_weight(const ChannelProblem& 
   solution.lower_bound = std::max(point.value, straight_bound);
   const double cost = dual.cost(point.shape);
   if (!(cost - solution.lower_bound <= kGap * std::abs(cost))) {
+    solution.lower_bound = std::max(solution.lower_bound, dual.best_on_boundary().value);
     const PathShape found = detail::minimise_cost(problem, dual, point.shape);
     if (!(cost <= dual.cost(found))) {
       solution.shape = found;

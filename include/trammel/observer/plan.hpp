@@ -75,18 +75,18 @@ inline constexpr double kCertifiedGap = 1e-9;
 
 /// Answer to a PlanProblem.
 ///
-/// | symbol  | field              | unit  | meaning                                                          |
+/// | symbol  | field              | unit  | meaning |
 /// |---------|--------------------|-------|------------------------------------------------------------------|
-/// | xi      | xi                 | 1     | phase of the path's wave between start and end                   |
-/// | xi_1    | xi_critical        | 1     | the single-weight optimum lies in [0, xi_1]                      |
-/// | epsilon | epsilon_m          | m     | xi/ds; the phase at x is epsilon/x                               |
-/// | B       | wave_centre        | 1     | the tangents oscillate about it: phi_ss = -eps^2 (phi - B)       |
-/// | w       | wave_amplitude     | 1     | B = fm - w cos(xi/2)                                             |
-/// | L       | information_gain   | 1     | ds/(V sigma^2)                                                   |
-/// | D(T)    | information        | 1/m^2 | information matrix at T                                          |
-/// | Gamma(T)| final_covariance_m2| m^2   | its inverse                                                      |
-/// | J       | cost               | m^2/s | cost_information + cost_control                                  |
-/// | g       | lower_bound        | m^2/s | no path costs less (dual bound, rounding not enclosed)           |
+/// | xi      | xi                 | 1     | phase of the path's wave between start and end | | xi_1    |
+/// xi_critical        | 1     | the single-weight optimum lies in [0, xi_1]                      | | epsilon
+/// | epsilon_m          | m     | xi/ds; the phase at x is epsilon/x                               | | B |
+/// wave_centre        | 1     | the tangents oscillate about it: phi_ss = -eps^2 (phi - B)       | | w |
+/// wave_amplitude     | 1     | B = fm - w cos(xi/2)                                             | | L |
+/// information_gain   | 1     | ds/(V sigma^2)                                                   | | D(T) |
+/// information        | 1/m^2 | information matrix at T                                          | |
+/// Gamma(T)| final_covariance_m2| m^2   | its inverse                                                      |
+/// | J       | cost               | m^2/s | cost_information + cost_control | | g       | lower_bound | m^2/s
+/// | no path costs less (dual bound, rounding not enclosed)           |
 struct Plan {
   PlanStatus status = PlanStatus::kBestFound;
   double xi = std::numeric_limits<double>::quiet_NaN();
@@ -119,8 +119,9 @@ struct Plan {
   [[nodiscard]] Eigen::Vector2d control(double time_s) const;
 };
 
-/// Solves the auxiliary optimal control problem: the single-weight algorithm when only beta_1 is positive (see
-/// single_weight.hpp), the straight line when no weight is, the dual Newton method otherwise (general_weight.hpp).
+/// Solves the auxiliary optimal control problem: the single-weight algorithm when only beta_1 is positive
+/// (see single_weight.hpp), the straight line when no weight is, the dual Newton method otherwise
+/// (general_weight.hpp).
 ///
 /// Guarantee: `lower_bound` <= optimal cost <= `cost` up to rounding; status tells whether they agree. With a
 /// single weight they always do. Throws Error for a problem that breaks its rules (require_valid).

@@ -33,8 +33,7 @@ TRAMMEL_INLINE Eigen::Vector2d LateralPath::velocity(double x) const {
   basis(x, ramp, wave);
   const double r = (end_ - x) / (x * end_) * inverse_span_;
   const double eta = 2.0 * half_xi_ * (r - 0.5);
-  const double ramp_slope =
-      inverse_span_ * (straight_ ? 2.0 : 2.0 * half_xi_ * inverse_sin_ * std::cos(eta));
+  const double ramp_slope = inverse_span_ * (straight_ ? 2.0 : 2.0 * half_xi_ * inverse_sin_ * std::cos(eta));
   const double wave_slope = -2.0 * half_xi_ * inverse_span_ * std::sin(eta);
   return speed_ * (middle_ + (ramp - ramp_slope / x) * half_change_ + (wave - wave_slope / x) * wave_);
 }
@@ -87,7 +86,8 @@ TRAMMEL_INLINE Eigen::Vector2d Plan::control(double time_s) const {
 namespace detail {
 
 /// Information matrix at T from q, b and D22(T): d22 = M, d1 = -M b, d11 = q + b'M b.
-inline Eigen::Matrix3d final_information(const Eigen::Matrix2d& lateral, const Eigen::Vector2d& slope, double q) {
+inline Eigen::Matrix3d final_information(const Eigen::Matrix2d& lateral, const Eigen::Vector2d& slope,
+                                         double q) {
   const Eigen::Vector2d coupling = lateral * slope;
   Eigen::Matrix3d information;
   information << q + slope.dot(coupling), -coupling.x(), -coupling.y(),  //
@@ -96,7 +96,8 @@ inline Eigen::Matrix3d final_information(const Eigen::Matrix2d& lateral, const E
   return information;
 }
 
-inline Eigen::Matrix3d final_covariance(const Eigen::Matrix2d& lateral, const Eigen::Vector2d& slope, double q) {
+inline Eigen::Matrix3d final_covariance(const Eigen::Matrix2d& lateral, const Eigen::Vector2d& slope,
+                                        double q) {
   const double variance = 1.0 / q;
   Eigen::Matrix3d covariance;
   covariance(0, 0) = variance;
@@ -120,7 +121,8 @@ TRAMMEL_INLINE Plan make_plan_unchecked(const PlanProblem& problem) {
   PathShape shape;
   double bound = 0.0;
   PathValue value;
-  const Eigen::Vector2d lateral_precision = channels.prior_precision + Eigen::Vector2d::Constant(channels.gain);
+  const Eigen::Vector2d lateral_precision =
+      channels.prior_precision + Eigen::Vector2d::Constant(channels.gain);
   if (beta.y() == 0.0 && beta.z() == 0.0) {
     const SingleWeightRoot root = solve_single_weight(channels, beta.x());
     shape = root.shape;
@@ -157,15 +159,15 @@ TRAMMEL_INLINE Plan make_plan_unchecked(const PlanProblem& problem) {
   plan.beacon_drift_mps = problem.beacon_velocity_mps.tail<2>();
   // Own u = relative u + drift: the difference of the energies depends on the end points alone.
   const Eigen::Vector2d displacement = problem.terminal_m - problem.position_m.tail<2>();
-  const double drift_energy = plan.beacon_drift_mps.dot(2.0 * displacement +
-                                                        problem.time_to_go_s * plan.beacon_drift_mps);
+  const double drift_energy =
+      plan.beacon_drift_mps.dot(2.0 * displacement + problem.time_to_go_s * plan.beacon_drift_mps);
   plan.cost_information = beta.dot(plan.final_covariance_m2.diagonal());
   plan.cost_control = value.control_energy + drift_energy;
   plan.cost = plan.cost_information + plan.cost_control;
   // Where both agree, rounding may put the bound above the cost.
   plan.lower_bound = std::min(bound + drift_energy, plan.cost);
   plan.status = plan.cost - plan.lower_bound <= kCertifiedGap * std::abs(plan.cost) ? PlanStatus::kOptimal
-                                                                                   : PlanStatus::kBestFound;
+                                                                                    : PlanStatus::kBestFound;
   return plan;
 }
 

@@ -19,22 +19,22 @@ namespace trammel::inline TRAMMEL_ABI::observer {
 ///
 ///   minimise  J = sum_j beta_j Gamma_jj(T) + integral of (u1^2 + u2^2) dt.
 ///
-/// | symbol | field                  | shape | unit | meaning                                                  |
+/// | symbol | field                  | shape | unit | meaning |
 /// |--------|------------------------|-------|------|----------------------------------------------------------|
-/// | R      | position_m             | 3     | m    | start (or its estimate), relative to the beacon; x < 0   |
-/// | gamma  | covariance_m2          | 3 x 3 | m^2  | covariance of the start, positive definite               |
-/// | V      | speed_mps              | -     | m/s  | speed along OX                                           |
-/// | T      | time_to_go_s           | -     | s    | a = x + V T, where the flight ends, must be negative     |
-/// | sigma0 | sigma0                 | -     | 1    | standard deviation of one measured tangent               |
-/// | Delta  | measurement_interval_s | -     | s    | above T: no measurement will be made                     |
-/// | beta   | beta_per_s             | 3     | 1/s  | weights of the final variances, >= 0                     |
-/// | y_T    | terminal_m             | 2     | m    | y, z at the end                                          |
-/// | V_b    | beacon_velocity_mps    | 3     | m/s  | known constant velocity of the beacon                    |
+/// | R      | position_m             | 3     | m    | start (or its estimate), relative to the beacon; x < 0
+/// | | gamma  | covariance_m2          | 3 x 3 | m^2  | covariance of the start, positive definite | | V |
+/// speed_mps              | -     | m/s  | speed along OX                                           | | T |
+/// time_to_go_s           | -     | s    | a = x + V T, where the flight ends, must be negative     | |
+/// sigma0 | sigma0                 | -     | 1    | standard deviation of one measured tangent | | Delta  |
+/// measurement_interval_s | -     | s    | above T: no measurement will be made                     | | beta
+/// | beta_per_s             | 3     | 1/s  | weights of the final variances, >= 0                     | | y_T
+/// | terminal_m             | 2     | m    | y, z at the end                                          | | V_b
+/// | beacon_velocity_mps    | 3     | m/s  | known constant velocity of the beacon                    |
 ///
 /// A moving beacon: position_m is relative to where the beacon is now, terminal_m to where it is at T, and
-/// V - V_b,x takes the part of V; the vehicle's own u (which J counts) is the relative one plus (V_b,y, V_b,z).
-/// Relative and own control energy differ by terms that the end points fix, so the optimum is the same.
-/// Source: Emelyanov and Rubinovich (2020), sections 1 and 2.
+/// V - V_b,x takes the part of V; the vehicle's own u (which J counts) is the relative one plus (V_b,y,
+/// V_b,z). Relative and own control energy differ by terms that the end points fix, so the optimum is the
+/// same. Source: Emelyanov and Rubinovich (2020), sections 1 and 2.
 struct PlanProblem {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Zero();

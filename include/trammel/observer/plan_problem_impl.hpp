@@ -37,8 +37,9 @@ TRAMMEL_INLINE void require_covariance(const Eigen::Matrix3d& covariance, const 
   for (int i = 0; i < 3; ++i) {
     const double pivot = rest(i, i);
     if (!(pivot > kPivotTolerance * std::abs(covariance(i, i)))) {
-      throw Error({where, "a matrix that is not positive definite (pivot " + std::to_string(pivot) +
-                              " of row " + std::to_string(i + 1) + ")",
+      throw Error({where,
+                   "a matrix that is not positive definite (pivot " + std::to_string(pivot) + " of row " +
+                       std::to_string(i + 1) + ")",
                    "a symmetric positive definite 3 x 3 matrix"});
     }
     for (int j = i + 1; j < 3; ++j) {

@@ -22,13 +22,14 @@ namespace trammel::inline TRAMMEL_ABI::observer {
 /// which equals (3.17) of Emelyanov and Rubinovich (2020) and is regular at 0 and pi.
 ///
 /// Uniqueness: 1/Gamma_11 is the minimum over b of a convex quadratic q(phi), and
-/// beta_1/q = max over p of 2 sqrt(beta_1) p - p^2 q. For fixed p = xi/(sigma L) the cost is strictly convex in
-/// the path while xi < xi_1, so its minimum over paths is strictly concave in p, its derivative
-/// 2 sqrt(beta_1) - 2 p F2 strictly decreases, and its zero is a saddle point: the global optimum.
+/// beta_1/q = max over p of 2 sqrt(beta_1) p - p^2 q. For fixed p = xi/(sigma L) the cost is strictly convex
+/// in the path while xi < xi_1, so its minimum over paths is strictly concave in p, its derivative 2
+/// sqrt(beta_1) - 2 p F2 strictly decreases, and its zero is a saddle point: the global optimum.
 ///
-/// Symmetric start: if the weak channel has e_k = 0, F2 stays finite at xi_1 and may stay below the right-hand
-/// side. Then xi = xi_1, the amplitude w_k is free and follows from F2(xi_1, w) = rhs/xi_1, a quadratic; the two
-/// signs are mirror optima. Close to that case the same quadratic replaces the ill-conditioned delta e/v.
+/// Symmetric start: if the weak channel has e_k = 0, F2 stays finite at xi_1 and may stay below the
+/// right-hand side. Then xi = xi_1, the amplitude w_k is free and follows from F2(xi_1, w) = rhs/xi_1, a
+/// quadratic; the two signs are mirror optima. Close to that case the same quadratic replaces the
+/// ill-conditioned delta e/v.
 struct SingleWeightRoot {
   PathShape shape;
   double critical = 0.0;
@@ -66,10 +67,12 @@ inline SecularValue secular(const ChannelProblem& p, const Frequency& f) {
   }
   const double change = p.half_change.squaredNorm();
   const double factor = p.prior_information + p.gain * (sum + 2.0 * change * f.cubic_remainder / (m * m));
-  return {f.xi * factor, p.prior_information + p.gain * (sum + f.xi * sum_slope + change * f.tangent_slope())};
+  return {f.xi * factor,
+          p.prior_information + p.gain * (sum + f.xi * sum_slope + change * f.tangent_slope())};
 }
 
-/// F2 of any wave amplitude at a given frequency, as coefficients of the square of t in w = fixed + t direction.
+/// F2 of any wave amplitude at a given frequency, as coefficients of the square of t in w = fixed + t
+/// direction.
 struct AmplitudeQuadratic {
   double constant = 0.0;
   double linear = 0.0;
@@ -77,7 +80,8 @@ struct AmplitudeQuadratic {
 };
 
 inline AmplitudeQuadratic amplitude_quadratic(const ChannelProblem& p, const Frequency& f,
-                                              const Eigen::Vector2d& fixed, const Eigen::Vector2d& direction) {
+                                              const Eigen::Vector2d& fixed,
+                                              const Eigen::Vector2d& direction) {
   const double n = f.half_power();
   AmplitudeQuadratic quadratic;
   quadratic.constant = p.prior_information + 2.0 * p.gain * p.half_change.squaredNorm() * f.cubic_remainder /
