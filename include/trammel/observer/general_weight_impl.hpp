@@ -67,7 +67,8 @@ TRAMMEL_INLINE DualPoint GeneralWeightDual::at_boundary(const Eigen::Vector3d& p
   Eigen::Vector2d wave = Eigen::Vector2d::Zero();
   for (int i = 0; i < 2; ++i) {
     // g does not depend on the amplitude of a channel whose v and force are both zero.
-    if (i != problem_.weak_channel() && v[i] > detail::kSingularStiffness * problem_.prior_precision[i]) {
+    if (i != problem_.weak_channel() &&
+        v[i] > detail::kSingularStiffness * (problem_.prior_precision[i] + problem_.gain)) {
       wave[i] = pulled[i] / v[i];
     }
   }
@@ -85,7 +86,8 @@ TRAMMEL_INLINE DualPoint GeneralWeightDual::best_on_boundary() const {
   const Eigen::Vector2d target = problem_.prior_precision.cwiseProduct(problem_.offset) * radius() * radius();
   Eigen::Vector3d normal(0.0, root_.y() * axis.x(), root_.z() * axis.y());
   const Eigen::Vector2d v = problem_.stiffness(Frequency(critical_));
-  const bool both = v[1 - weak] <= detail::kSingularStiffness * problem_.prior_precision[1 - weak];
+  const bool both =
+      v[1 - weak] <= detail::kSingularStiffness * (problem_.prior_precision[1 - weak] + problem_.gain);
   double offset = 0.0;
   if (both) {
     // Equal precisions: both forces must vanish, which fixes p up to the sign of its first component.

@@ -109,7 +109,8 @@ inline double larger_root(const AmplitudeQuadratic& quadratic, double level) {
   return half <= 0.0 ? (root - half) / quadratic.square : -constant / (half + root);
 }
 
-/// Below this part of delta, v has lost the digits that delta e/v would need.
+/// Below this part of delta + L, v has lost the digits that delta e/v would need: it cancels, and near 2 pi
+/// the rounding of xi alone moves L sinc(xi/2).
 inline constexpr double kSingularStiffness = 1e-7;
 
 /// Wave amplitude at the root; where v vanishes, from the quadratic F2(xi, w) = rhs/xi.
@@ -120,12 +121,13 @@ inline Eigen::Vector2d wave_at_root(const ChannelProblem& p, const Frequency& f,
   bool singular = false;
   for (int i = 0; i < 2; ++i) {
     const double force = p.prior_precision[i] * p.offset[i];
-    if (v[i] >= kSingularStiffness * p.prior_precision[i]) {
+    const double scale = p.prior_precision[i] + p.gain;
+    if (v[i] >= kSingularStiffness * scale) {
       fixed[i] = force / v[i];
     } else {
       singular = true;
       // Channels of equal delta share v: the direction is that of e. The floor keeps rounding from deciding.
-      direction[i] = force / std::fmax(v[i], std::numeric_limits<double>::epsilon() * p.prior_precision[i]);
+      direction[i] = force / std::fmax(v[i], std::numeric_limits<double>::epsilon() * scale);
     }
   }
   if (!singular) {
