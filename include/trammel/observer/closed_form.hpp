@@ -36,6 +36,29 @@ struct ChannelRotation {
   }
 };
 
+/// One Jacobi rotation diagonalises a symmetric positive definite 2 x 2 matrix: its inverse is
+/// Q diag(precision) Q'.
+struct ChannelDiagonal {
+  ChannelRotation rotation;
+  Eigen::Vector2d precision;
+
+  ChannelDiagonal(double s11, double s12, double s22) {
+    double tangent = 0.0;
+    if (s12 != 0.0) {
+      const double ratio = (s22 - s11) / (2.0 * s12);
+      tangent = 1.0 / (ratio + std::copysign(std::hypot(1.0, ratio), ratio));
+      rotation.cosine = 1.0 / std::sqrt(1.0 + tangent * tangent);
+      rotation.sine = -tangent * rotation.cosine;
+    }
+    const double first = s11 - tangent * s12;
+    const double second = s22 + tangent * s12;
+    const double determinant = s11 * s22 - s12 * s12;
+    // The smaller eigenvalue from the determinant: the difference above cancels.
+    precision = first >= second ? Eigen::Vector2d(1.0 / first, first / determinant)
+                                : Eigen::Vector2d(second / determinant, 1.0 / second);
+  }
+};
+
 /// A PlanProblem in its natural variables. All 2-vectors are in channel coordinates.
 ///
 /// | symbol | field        | unit  | meaning |
@@ -137,20 +160,9 @@ inline ChannelProblem::ChannelProblem(const PlanProblem& problem)
   const double s11 = gamma(1, 1) - gamma(1, 0) * slope.x();
   const double s12 = gamma(2, 1) - gamma(1, 0) * slope.y();
   const double s22 = gamma(2, 2) - gamma(2, 0) * slope.y();
-  // One Jacobi rotation diagonalises the conditional covariance of (y, z) given x.
-  double tangent = 0.0;
-  if (s12 != 0.0) {
-    const double ratio = (s22 - s11) / (2.0 * s12);
-    tangent = 1.0 / (ratio + std::copysign(std::hypot(1.0, ratio), ratio));
-    rotation.cosine = 1.0 / std::sqrt(1.0 + tangent * tangent);
-    rotation.sine = -tangent * rotation.cosine;
-  }
-  const double first = s11 - tangent * s12;
-  const double second = s22 + tangent * s12;
-  const double determinant = s11 * s22 - s12 * s12;
-  // The smaller eigenvalue from the determinant: the difference above cancels.
-  prior_precision = first >= second ? Eigen::Vector2d(1.0 / first, first / determinant)
-                                    : Eigen::Vector2d(second / determinant, 1.0 / second);
+  const ChannelDiagonal diagonal(s11, s12, s22);
+  rotation = diagonal.rotation;
+  prior_precision = diagonal.precision;
   prior_slope = rotation.to_channels(slope);
   tangent_start = rotation.to_channels(problem.position_m.tail<2>() / x_start);
   tangent_end = rotation.to_channels(problem.terminal_m / x_end);

@@ -442,9 +442,10 @@ TRAMMEL_INLINE GeneralWeightSolution solve_general_weight(const ChannelProblem& 
   }
   const DualPoint point =
       detail::maximise_dual(dual, multipliers * std::min(1.0, kStart * dual.radius() / length));
-  solution.shape = point.shape;
+  // An optimum that is straight to rounding is better described by the straight path itself.
+  solution.shape = dual.cost(point.shape) < straight_cost ? point.shape : straight;
   solution.lower_bound = std::max(point.value, straight_bound);
-  const double cost = dual.cost(point.shape);
+  const double cost = dual.cost(solution.shape);
   if (!(cost - solution.lower_bound <= kGap * std::abs(cost))) {
     solution.lower_bound = std::max(solution.lower_bound, dual.best_on_boundary().value);
     const PathShape found = detail::minimise_cost(problem, dual, point.shape);
