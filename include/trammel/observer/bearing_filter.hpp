@@ -51,6 +51,56 @@ struct Bearing {
   return result;
 }
 
+/// Information matrix factored with x eliminated last: D22 is well conditioned and the last pivot is the
+/// information on x alone, 1/Gamma_11.
+class InformationFactor {
+ public:
+  explicit InformationFactor(const Eigen::Matrix3d& information)
+      : d22_(information(1, 1)),
+        r_(information(2, 1) / d22_),
+        d33_(information(2, 2) - r_ * information(2, 1)),
+        c2_(information(1, 0)),
+        c3_(information(2, 0) - r_ * c2_),
+        l2_(c2_ / d22_),
+        l3_(c3_ / d33_),
+        d11_(information(0, 0) - l2_ * c2_ - l3_ * c3_) {}
+
+  /// D^-1 v
+  [[nodiscard]] Eigen::Vector3d solve(const Eigen::Vector3d& v) const {
+    const double v3 = v.z() - r_ * v.y();
+    const double x = (v.x() - l2_ * v.y() - l3_ * v3) / d11_;
+    const double z = (v3 - c3_ * x) / d33_;
+    return {x, (v.y() - c2_ * x) / d22_ - r_ * z, z};
+  }
+  /// Gamma_11
+  [[nodiscard]] double variance_x() const { return 1.0 / d11_; }
+  /// Gamma = D^-1
+  [[nodiscard]] Eigen::Matrix3d covariance() const {
+    const double g11 = 1.0 / d11_;
+    const double b3 = -l3_;
+    const double b2 = -l2_ - r_ * b3;
+    const double h33 = 1.0 / d33_;
+    Eigen::Matrix3d gamma;
+    gamma(0, 0) = g11;
+    gamma(1, 0) = gamma(0, 1) = b2 * g11;
+    gamma(2, 0) = gamma(0, 2) = b3 * g11;
+    gamma(1, 1) = 1.0 / d22_ + r_ * r_ * h33 + b2 * b2 * g11;
+    gamma(2, 1) = gamma(1, 2) = -r_ * h33 + b2 * b3 * g11;
+    gamma(2, 2) = h33 + b3 * b3 * g11;
+    return gamma;
+  }
+
+ private:
+  double d22_;
+  double r_;
+  double d33_;
+  double c2_;
+  double c3_;
+  double l2_;
+  double l3_;
+  double d11_;
+};
+
 /// Extended Kalman filter in information form for a position that moves by known displacements.
 ///
 ///   predict: R += displacement, D unchanged (no process noise: exact);
@@ -79,41 +129,38 @@ class BearingFilter {
     if (!(position_.x() <= -gate_m_) || position_.x() == 0.0) {
       return false;
     }
+    if (kind_ == BearingKind::kTangents) {
+      // H = (1/x) [-phi 1 0; -psi 0 1], written out.
+      const double inverse = 1.0 / position_.x();
+      const double first = position_.y() * inverse;
+      const double second = position_.z() * inverse;
+      const double gain = weight_ * inverse * inverse;
+      information_(0, 0) += gain * (first * first + second * second);
+      information_(1, 0) -= gain * first;
+      information_(2, 0) -= gain * second;
+      information_(1, 1) += gain;
+      information_(2, 2) += gain;
+      const double pull1 = weight_ * inverse * (measured.x() - first);
+      const double pull2 = weight_ * inverse * (measured.y() - second);
+      position_ += InformationFactor(information_).solve({-first * pull1 - second * pull2, pull1, pull2});
+      return true;
+    }
     const Bearing predicted = bearing(kind_, position_);
     const auto& h = predicted.J_bearing_position;
     information_.noalias() += weight_ * (h.transpose() * h);
     const Eigen::Vector3d pull = weight_ * (h.transpose() * (measured - predicted.value));
-    position_ += solve(pull);
+    position_ += InformationFactor(information_).solve(pull);
     return true;
   }
 
   [[nodiscard]] const Eigen::Vector3d& position() const { return position_; }
-  [[nodiscard]] const Eigen::Matrix3d& information() const { return information_; }
-  [[nodiscard]] Eigen::Matrix3d covariance() const {
-    const Eigen::Matrix3d inverse = linalg::Cholesky3(information_).solve(Eigen::Matrix3d::Identity());
-    return 0.5 * (inverse + inverse.transpose());
-  }
+  [[nodiscard]] Eigen::Matrix3d information() const { return information_.selfadjointView<Eigen::Lower>(); }
+  [[nodiscard]] Eigen::Matrix3d covariance() const { return InformationFactor(information_).covariance(); }
+  [[nodiscard]] double variance_x() const { return InformationFactor(information_).variance_x(); }
 
  private:
-  /// D^-1 v by elimination of x last: D22 is well conditioned and the Schur complement is the information on
-  /// x.
-  [[nodiscard]] Eigen::Vector3d solve(const Eigen::Vector3d& v) const {
-    const double d22 = information_(1, 1);
-    const double r = information_(2, 1) / d22;
-    const double d33 = information_(2, 2) - r * information_(2, 1);
-    const double c2 = information_(1, 0);
-    const double c3 = information_(2, 0) - r * c2;
-    const double l2 = c2 / d22;
-    const double l3 = c3 / d33;
-    const double d11 = information_(0, 0) - l2 * c2 - l3 * c3;
-    const double v3 = v.z() - r * v.y();
-    const double x = (v.x() - l2 * v.y() - l3 * v3) / d11;
-    const double z = (v3 - c3 * x) / d33;
-    return {x, (v.y() - c2 * x) / d22 - r * z, z};
-  }
-
   Eigen::Vector3d position_;
-  Eigen::Matrix3d information_;
+  Eigen::Matrix3d information_;  ///< the lower triangle counts
   double weight_;
   double gate_m_;
   BearingKind kind_;

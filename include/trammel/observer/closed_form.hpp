@@ -46,7 +46,7 @@ struct ChannelDiagonal {
     double tangent = 0.0;
     if (s12 != 0.0) {
       const double ratio = (s22 - s11) / (2.0 * s12);
-      tangent = 1.0 / (ratio + std::copysign(std::hypot(1.0, ratio), ratio));
+      tangent = 1.0 / (ratio + std::copysign(std::sqrt(1.0 + ratio * ratio), ratio));
       rotation.cosine = 1.0 / std::sqrt(1.0 + tangent * tangent);
       rotation.sine = -tangent * rotation.cosine;
     }

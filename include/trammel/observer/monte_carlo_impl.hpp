@@ -165,7 +165,7 @@ class Simulation {
                         const double error = filter.position().x() - truth.x();
                         sums[moment].error += error;
                         sums[moment].error_square += error * error;
-                        sums[moment].variance += filter.covariance()(0, 0);
+                        sums[moment].variance += filter.variance_x();
                         ++moment;
                       }
                     });

@@ -36,13 +36,20 @@ class LateralPath {
   [[nodiscard]] double max_speed(const Eigen::Vector2d& offset = Eigen::Vector2d::Zero()) const;
 
  private:
+  /// From this half phase on the addition theorem is exact enough for the second pair of sines.
+  static constexpr double kAddition = 0.05;
+
   void basis(double x, double& ramp, double& wave) const {
     const double r = (end_ - x) / (x * end_) * inverse_span_;
     const double rest = (x - start_) / (x * start_) * inverse_span_;
     const double s1 = std::sin(half_xi_ * r);
     const double c1 = std::cos(half_xi_ * r);
-    const double s2 = std::sin(half_xi_ * rest);
-    const double c2 = std::cos(half_xi_ * rest);
+    double s2 = sin_ * c1 - cos_ * s1;
+    double c2 = cos_ * c1 + sin_ * s1;
+    if (half_xi_ < kAddition) {
+      s2 = std::sin(half_xi_ * rest);
+      c2 = std::cos(half_xi_ * rest);
+    }
     ramp = straight_ ? r - rest : (s1 * c2 - c1 * s2) * inverse_sin_;
     wave = 2.0 * s1 * s2;
   }
@@ -53,6 +60,8 @@ class LateralPath {
   double end_ = -1.0;
   double inverse_span_ = 0.0;
   double half_xi_ = 0.0;
+  double sin_ = 0.0;  ///< of half_xi_
+  double cos_ = 1.0;
   double inverse_sin_ = 0.0;
   bool straight_ = true;
   Eigen::Vector2d middle_ = Eigen::Vector2d::Zero();

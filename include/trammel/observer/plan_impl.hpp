@@ -18,13 +18,15 @@ TRAMMEL_INLINE LateralPath::LateralPath(const ChannelProblem& problem, const Pat
       end_(problem.x_end),
       inverse_span_(1.0 / problem.span),
       half_xi_(0.5 * shape.xi),
+      sin_(std::sin(half_xi_)),
+      cos_(std::cos(half_xi_)),
       middle_(problem.rotation.to_axes(problem.middle)),
       half_change_(problem.rotation.to_axes(problem.half_change)),
       wave_(problem.rotation.to_axes(shape.wave)) {
   // Below this the ratio of sines is the straight line in every digit, and would underflow further down.
   constexpr double kStraight = 1e-100;
   straight_ = shape.xi < kStraight;
-  inverse_sin_ = straight_ ? 0.0 : 1.0 / std::sin(half_xi_);
+  inverse_sin_ = straight_ ? 0.0 : 1.0 / sin_;
 }
 
 TRAMMEL_INLINE Eigen::Vector2d LateralPath::velocity(double x) const {

@@ -45,6 +45,7 @@ class RangeGridFilter {
   [[nodiscard]] const Eigen::Vector3d& position() const { return position_; }
   /// Posterior covariance.
   [[nodiscard]] const Eigen::Matrix3d& covariance() const { return covariance_; }
+  [[nodiscard]] double variance_x() const { return covariance_(0, 0); }
   /// Largest x at the start that the posterior may hold (e.g. known from how the flight was ordered); call
   /// before the first update.
   void restrict_start(double largest_x_m);

@@ -35,10 +35,12 @@ constexpr SeriesCoefficients series_coefficients(std::size_t first, std::size_t 
   return coefficients;
 }
 
-/// Horner's rule in `square` = t^2.
+/// Horner's rule in `square` = t^2 with the first `Terms` terms.
+template <std::size_t Terms = kSeriesTerms>
 constexpr double evaluate_series(const SeriesCoefficients& coefficients, double square) noexcept {
+  static_assert(Terms <= kSeriesTerms);
   double sum = 0.0;
-  for (std::size_t i = kSeriesTerms; i-- > 0;) {
+  for (std::size_t i = Terms; i-- > 0;) {
     sum = sum * square + coefficients[i];
   }
   return sum;
@@ -74,16 +76,18 @@ struct Frequency {
   double drop_half;
 
   explicit Frequency(double frequency) noexcept : xi(frequency) {
-    // Above this the direct formulas lose less than one digit.
+    // Above this the direct formulas lose less than one digit; below it these terms reach full precision.
     constexpr double kSeriesLimit = 1.0;
+    constexpr std::size_t kTermsToOne = 8;
+    constexpr std::size_t kTermsToHalf = 7;
     const double half = 0.5 * xi;
     cos_half = std::cos(half);
     sin_half = std::sin(half);
     sinc_half = xi > 0.0 ? sin_half / half : 1.0;
     sinc = sinc_half * cos_half;
     if (xi < kSeriesLimit) {
-      cubic_remainder = detail::evaluate_series(detail::kCubicRemainder, xi * xi);
-      drop_half = detail::evaluate_series(detail::kSincMinusCos, half * half);
+      cubic_remainder = detail::evaluate_series<kTermsToOne>(detail::kCubicRemainder, xi * xi);
+      drop_half = detail::evaluate_series<kTermsToHalf>(detail::kSincMinusCos, half * half);
     } else {
       cubic_remainder = (1.0 - sinc) / (xi * xi);
       drop_half = (sinc_half - cos_half) / (half * half);
