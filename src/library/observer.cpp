@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "trammel/observer/compare_impl.hpp"
 #include "trammel/observer/general_weight_impl.hpp"
 #include "trammel/observer/plan_impl.hpp"
 #include "trammel/observer/plan_problem_impl.hpp"

@@ -15,8 +15,6 @@ using Cholesky = Eigen::LLT<Eigen::MatrixXd>;
 using InPlaceCholesky = Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>>;
 /// P A P' = L D L', A symmetric positive or negative semidefinite.
 using PivotedCholesky = Eigen::LDLT<Eigen::MatrixXd>;
-/// A = L L' of a 3 x 3 matrix, without allocation.
-using Cholesky3 = Eigen::LLT<Eigen::Matrix3d>;
 
 }  // namespace trammel::inline TRAMMEL_ABI::linalg
 

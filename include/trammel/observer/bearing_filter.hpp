@@ -9,7 +9,7 @@
 #include <Eigen/Core>
 
 #include "trammel/core/config.hpp"
-#include "trammel/linalg/cholesky.hpp"
+#include "trammel/linalg/small_cholesky.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::observer {
 

@@ -46,7 +46,7 @@ TRAMMEL_INLINE FlightLoop::FlightLoop(const PlanProblem& prior, const FlightSett
   constexpr double kFinalDistancePart = 0.1;
   constexpr double kGatePart = 0.025;
   // More events than this are a wrong unit, not a flight.
-  constexpr double kMaxEvents = 1e8;
+  constexpr double kMaxEvents = 1e6;
   require_valid(prior);
   if (!(settings.replan_interval_s > 0.0)) {
     throw Error({"replan_interval_s", std::to_string(settings.replan_interval_s), "a positive number"});
@@ -73,7 +73,7 @@ TRAMMEL_INLINE FlightLoop::FlightLoop(const PlanProblem& prior, const FlightSett
       prior.time_to_go_s / std::min(prior.measurement_interval_s, settings.replan_interval_s);
   if (!(events < kMaxEvents)) {
     throw Error({"measurement_interval_s", std::to_string(events) + " intervals in the flight",
-                 "fewer than 1e8 (check the units)"});
+                 "fewer than a million (check the units)"});
   }
   events_ = flight_events(prior.time_to_go_s, prior.measurement_interval_s, settings.replan_interval_s);
   for (const FlightEvent& event : events_) {

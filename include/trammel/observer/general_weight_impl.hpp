@@ -9,8 +9,8 @@
 #include <limits>
 #include <numbers>
 
-#include "trammel/linalg/cholesky.hpp"
 #include "trammel/linalg/lu.hpp"
+#include "trammel/linalg/small_cholesky.hpp"
 #include "trammel/observer/general_weight.hpp"
 #include "trammel/observer/single_weight.hpp"
 

@@ -84,9 +84,11 @@ TRAMMEL_INLINE Plan fastest_allowed_plan(const PlanProblem& problem, double limi
 
 TRAMMEL_INLINE LimitedPlan plan_with_speed_limit(const PlanProblem& problem, double limit_mps) {
   require_valid(problem);
-  detail::require_positive(limit_mps, "max_lateral_speed_mps");
+  if (!(limit_mps > 0.0)) {  // infinity: no limit
+    throw Error({"max_lateral_speed_mps", std::to_string(limit_mps), "a positive number"});
+  }
   LimitedPlan full = detail::plan_with_weights(problem, problem.beta_per_s);
-  if (full.plan.max_speed_mps() <= limit_mps) {
+  if (std::isinf(limit_mps) || full.plan.max_speed_mps() <= limit_mps) {
     return full;
   }
   const LimitedPlan straight = detail::plan_with_weights(problem, Eigen::Vector3d::Zero());
