@@ -186,7 +186,7 @@ TEST_P(ClosedLoop, IsReproduced) {
   SineNoise noise(r.noise);
   const FlightOutcome outcome =
       loop.fly(Eigen::Vector3d(r.start[0], r.start[1], r.start[2]), noise,
-               [&](const FlightEvent& event, const auto&, const auto& filter, const Plan*) {
+               [&](const FlightEvent& event, const auto&, const auto& filter) {
                  if (event.time_s == 40.0) {
                    half_way = filter.position();
                    bool moved = false;
@@ -305,7 +305,7 @@ TEST(Flight, RespectsTheSpeedLimit) {
   double previous_time = 0.0;
   Eigen::Vector3d previous = Eigen::Vector3d::Zero();
   (void)loop.fly(Eigen::Vector3d(-9500, 60, -85), SineNoise(true),
-                 [&](const FlightEvent& event, const Eigen::Vector3d& truth, const auto&, const Plan*) {
+                 [&](const FlightEvent& event, const Eigen::Vector3d& truth, const auto&) {
                    if (event.time_s > 0.0) {
                      fastest = std::max(fastest,
                                         (truth - previous).tail<2>().norm() / (event.time_s - previous_time));

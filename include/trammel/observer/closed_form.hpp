@@ -99,8 +99,8 @@ struct ChannelProblem {
             prior_precision.y() * f.cos_half + gain * f.sinc_half};
   }
 
-  /// xi_1, the first zero of v of the weak channel, between pi and 2 pi.
-  [[nodiscard]] double critical_frequency() const;
+  /// xi_1, the first zero of v of the weak channel, between pi and 2 pi. `hint`: a value near it, or 0.
+  [[nodiscard]] double critical_frequency(double hint = 0.0) const;
 };
 
 /// A member of the family of extremal paths, phi = fm + fd sin(eta)/sin(xi/2) + w (wave of frequency xi).
@@ -171,13 +171,13 @@ inline ChannelProblem::ChannelProblem(const PlanProblem& problem)
   offset = middle - prior_slope;
 }
 
-inline double ChannelProblem::critical_frequency() const {
+inline double ChannelProblem::critical_frequency(double hint) const {
   // v = 0 means cot(h) = -rho/h with h = xi/2, that is h = pi/2 + atan(rho/h). Newton on the difference,
   // whose slope is at least 1, converges for every rho.
   constexpr int kMaxSteps = 50;
   constexpr double kQuarterTurn = 0.5 * std::numbers::pi;
   const double rho = gain / prior_precision.maxCoeff();
-  double h = kQuarterTurn + std::atan(rho / kQuarterTurn);
+  double h = hint > 0.0 ? 0.5 * hint : kQuarterTurn + std::atan(rho / kQuarterTurn);
   for (int step = 0; step < kMaxSteps; ++step) {
     const double correction = (h - kQuarterTurn - std::atan(rho / h)) / (1.0 + rho / (h * h + rho * rho));
     h -= correction;

@@ -8,7 +8,6 @@
 #include <concepts>
 #include <limits>
 #include <type_traits>
-#include <variant>
 #include <vector>
 
 #include <Eigen/Core>
@@ -19,6 +18,7 @@
 #include "trammel/observer/plan.hpp"
 #include "trammel/observer/plan_problem.hpp"
 #include "trammel/observer/range_grid_filter.hpp"
+#include "trammel/observer/single_weight.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::observer {
 
@@ -138,10 +138,24 @@ class FlightLoop {
                                double time_s, bool& moved_back) const;
 
  private:
+  /// What the loop needs of a plan, and what helps to make the next one.
+  struct FlightPath {
+    LateralPath path;
+    double x_start_m = 0.0;
+    bool moved_back = false;
+    SingleWeightRoot root;
+  };
+
+  /// Problem to plan for at `time_s`, moved back where no plan exists.
+  [[nodiscard]] PlanProblem problem_from(const Eigen::Vector3d& estimate, const Eigen::Matrix3d& covariance,
+                                         double time_s, bool& moved_back) const;
+  void replan(FlightPath& plan, const Eigen::Vector3d& estimate, const Eigen::Matrix3d& covariance,
+              double time_s) const;
+
   template <class Filter, class Noise, class Watch>
   FlightOutcome fly_with(Filter& filter, Eigen::Vector3d truth, Noise& noise, Watch& watch) const {
     FlightOutcome outcome;
-    Plan plan;
+    FlightPath plan;
     Eigen::Vector2d planned = Eigen::Vector2d::Zero();
     double plan_time = 0.0;
     const double speed = prior_.closing_speed_mps();
@@ -162,11 +176,10 @@ class FlightLoop {
         const Eigen::Vector2d measured = bearing_value(settings_.measured, truth) + prior_.sigma0 * noise();
         outcome.skipped += static_cast<int>(!filter.update(measured));
       }
-      watch(event, truth, filter, k > 0 ? &plan : nullptr);
+      watch(event, truth, filter);
       if (event.replan) {
-        bool moved_back = false;
-        plan = plan_from(filter.position(), filter.covariance(), event.time_s, moved_back);
-        outcome.moved_back += static_cast<int>(moved_back);
+        replan(plan, filter.position(), filter.covariance(), event.time_s);
+        outcome.moved_back += static_cast<int>(plan.moved_back);
         plan_time = event.time_s;
         planned = plan.path.position(plan.x_start_m);
       }

@@ -81,8 +81,9 @@ TRAMMEL_INLINE FlightLoop::FlightLoop(const PlanProblem& prior, const FlightSett
   }
 }
 
-TRAMMEL_INLINE Plan FlightLoop::plan_from(const Eigen::Vector3d& estimate, const Eigen::Matrix3d& covariance,
-                                          double time_s, bool& moved_back) const {
+TRAMMEL_INLINE PlanProblem FlightLoop::problem_from(const Eigen::Vector3d& estimate,
+                                                    const Eigen::Matrix3d& covariance, double time_s,
+                                                    bool& moved_back) const {
   PlanProblem problem = prior_;
   problem.time_to_go_s = prior_.time_to_go_s - time_s;
   problem.covariance_m2 = covariance;
@@ -92,10 +93,30 @@ TRAMMEL_INLINE Plan FlightLoop::plan_from(const Eigen::Vector3d& estimate, const
   if (moved_back) {
     problem.position_m.x() = limit;
   }
-  if (std::isfinite(settings_.max_lateral_speed_mps)) {
-    return fastest_allowed_plan(problem, settings_.max_lateral_speed_mps);
+  return problem;
+}
+
+TRAMMEL_INLINE Plan FlightLoop::plan_from(const Eigen::Vector3d& estimate, const Eigen::Matrix3d& covariance,
+                                          double time_s, bool& moved_back) const {
+  const PlanProblem problem = problem_from(estimate, covariance, time_s, moved_back);
+  return std::isfinite(settings_.max_lateral_speed_mps)
+             ? fastest_allowed_plan(problem, settings_.max_lateral_speed_mps)
+             : make_plan_unchecked(problem);
+}
+
+TRAMMEL_INLINE void FlightLoop::replan(FlightPath& plan, const Eigen::Vector3d& estimate,
+                                       const Eigen::Matrix3d& covariance, double time_s) const {
+  if (std::isfinite(settings_.max_lateral_speed_mps) || prior_.beta_per_s.tail<2>().maxCoeff() > 0.0) {
+    const Plan full = plan_from(estimate, covariance, time_s, plan.moved_back);
+    plan.path = full.path;
+    plan.x_start_m = full.x_start_m;
+    return;
   }
-  return make_plan_unchecked(problem);
+  // The path alone, from the previous root: the quantities of a full plan are not needed here.
+  const ChannelProblem channels(problem_from(estimate, covariance, time_s, plan.moved_back));
+  plan.root = solve_single_weight(channels, prior_.beta_per_s.x(), plan.root);
+  plan.path = LateralPath(channels, plan.root.shape);
+  plan.x_start_m = channels.x_start;
 }
 
 }  // namespace trammel::inline TRAMMEL_ABI::observer

@@ -159,16 +159,15 @@ class Simulation {
       std::size_t event_index = 0;
       std::size_t moment = 0;
       const FlightOutcome outcome =
-          loop_.fly(start, random,
-                    [&](const FlightEvent&, const Eigen::Vector3d& truth, const auto& filter, const Plan*) {
-                      if (moment < moments_.size() && event_index++ == moments_[moment]) {
-                        const double error = filter.position().x() - truth.x();
-                        sums[moment].error += error;
-                        sums[moment].error_square += error * error;
-                        sums[moment].variance += filter.variance_x();
-                        ++moment;
-                      }
-                    });
+          loop_.fly(start, random, [&](const FlightEvent&, const Eigen::Vector3d& truth, const auto& filter) {
+            if (moment < moments_.size() && event_index++ == moments_[moment]) {
+              const double error = filter.position().x() - truth.x();
+              sums[moment].error += error;
+              sums[moment].error_square += error * error;
+              sums[moment].variance += filter.variance_x();
+              ++moment;
+            }
+          });
       const auto index = static_cast<std::size_t>(run);
       result_.error_x_m[index] = outcome.error.x();
       result_.miss_m[index] = outcome.miss_m;
@@ -205,13 +204,12 @@ class Simulation {
     RunRandom random(settings_.seed, run);
     SamplePath path;
     const Eigen::Vector3d start = random.start(loop_, factor_, settings_.max_start_x_m);
-    (void)loop_.fly(
-        start, random,
-        [&](const FlightEvent& event, const Eigen::Vector3d& truth, const auto& filter, const Plan*) {
-          path.times_s.push_back(event.time_s);
-          path.truth_m.push_back(truth);
-          path.estimate_m.push_back(filter.position());
-        });
+    (void)loop_.fly(start, random,
+                    [&](const FlightEvent& event, const Eigen::Vector3d& truth, const auto& filter) {
+                      path.times_s.push_back(event.time_s);
+                      path.truth_m.push_back(truth);
+                      path.estimate_m.push_back(filter.position());
+                    });
     return path;
   }
 

@@ -147,18 +147,23 @@ inline Eigen::Vector2d wave_at_root(const ChannelProblem& p, const Frequency& f,
 
 /// Finds the root for `beta` >= 0. Newton's method on 1/sqrt(q), which the double pole at xi_1 makes nearly
 /// linear, inside a bracket; every problem converges (at most about 60 evaluations, typically 4 to 6).
-inline SingleWeightRoot solve_single_weight(const ChannelProblem& problem, double beta) {
+/// `hint`: the solution of a similar problem (the previous plan of a flight), which saves some of them.
+inline SingleWeightRoot solve_single_weight(const ChannelProblem& problem, double beta,
+                                            const SingleWeightRoot& hint = {}) {
   // Residual below which the next step would be rounding.
   constexpr double kResidual = 4e-15;
   constexpr int kMaxEvaluations = 200;
   SingleWeightRoot root;
-  root.critical = problem.critical_frequency();
+  root.critical = problem.critical_frequency(hint.critical);
   const double right_hand_side = problem.sigma * problem.gain * std::sqrt(beta);
   if (right_hand_side > 0.0) {
     double low = 0.0;
     double high = root.critical;
-    const double slope_at_zero = detail::secular(problem, Frequency(0.0)).slope;
-    double x = std::fmin(right_hand_side / slope_at_zero, 0.5 * root.critical);
+    double x = hint.shape.xi;
+    if (!(x > 0.0 && x < high)) {
+      const double slope_at_zero = detail::secular(problem, Frequency(0.0)).slope;
+      x = std::fmin(right_hand_side / slope_at_zero, 0.5 * root.critical);
+    }
     for (root.evaluations = 1; root.evaluations <= kMaxEvaluations; ++root.evaluations) {
       const detail::SecularValue q = detail::secular(problem, Frequency(x));
       const double ratio = q.value / right_hand_side;
