@@ -28,8 +28,9 @@ void add_estimate(CLI::App& app, Action& action);
 void add_design(CLI::App& app, Action& action);
 void add_simulate(CLI::App& app, Action& action);
 void add_filter_command(CLI::App& app, Action& action);
+void add_observer(CLI::App& app, Action& action);
 
 /// All sub-commands in the order of `trammel --help`.
-inline const std::vector<AddCommand> kCommands{add_estimate, add_design, add_simulate, add_filter_command};
+inline const std::vector<AddCommand> kCommands{add_estimate, add_design, add_simulate, add_filter_command, add_observer};
 
 }  // namespace trammel::program

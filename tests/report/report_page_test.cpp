@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "browser.hpp"
 #include "io/file.hpp"
 #include "io/temporary_folder.hpp"
 #include "report/report.hpp"
@@ -15,62 +16,7 @@
 namespace {
 
 using namespace trammel;
-
-/// What the page says about itself after drawing.
-struct PageCheck {
-  io::Json errors;
-  io::Json drawn;
-  std::string dom;
-};
-
-#ifdef TRAMMEL_CHROMIUM
-
-std::string output_of(const std::string& command) {
-  std::string text;
-  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(::popen(command.c_str(), "r"), ::pclose);
-  std::array<char, 65536> buffer{};
-  while (const std::size_t count = std::fread(buffer.data(), 1, buffer.size(), pipe.get())) {
-    text.append(buffer.data(), count);
-  }
-  return text;
-}
-
-std::string unescaped(std::string text) {
-  for (const auto& [from, to] :
-       {std::pair<std::string, std::string>{"&quot;", "\""}, {"&lt;", "<"}, {"&amp;", "&"}}) {
-    for (auto at = text.find(from); at != std::string::npos; at = text.find(from, at + 1)) {
-      text.replace(at, from.size(), to);
-    }
-  }
-  return text;
-}
-
-PageCheck open_page(const std::string& html) {
-  const test::TemporaryFolder folder;
-  const auto page = folder.write("report.html", html);
-  PageCheck check;
-  check.dom = output_of(
-      "HOME=" + folder.path().string() +
-      " timeout 120 " TRAMMEL_CHROMIUM
-      " --headless --no-sandbox --disable-gpu --disable-background-networking --disable-dev-shm-usage"
-      " --window-size=1200,900 --virtual-time-budget=8000 --user-data-dir=" +
-      (folder.path() / "profile").string() + " --dump-dom 'file://" + page.string() + "#check' 2>" +
-      (folder.path() / "log").string());
-  const std::string mark = "data-check=\"";
-  const auto begin = check.dom.find(mark);
-  if (begin == std::string::npos) {
-    ADD_FAILURE() << "the page did not check itself: " << io::read_text(folder.path() / "log");
-    return check;
-  }
-  const auto end = check.dom.find('"', begin + mark.size());
-  const io::Json json =
-      io::Json::parse(unescaped(check.dom.substr(begin + mark.size(), end - begin - mark.size())));
-  check.errors = json.at("errors");
-  check.drawn = json.at("drawn");
-  return check;
-}
-
-#endif
+using test::PageCheck;
 
 class ReportPage : public ::testing::Test {
  protected:
@@ -81,7 +27,7 @@ class ReportPage : public ::testing::Test {
   }
   static PageCheck open(const report::ReportInput& input) {
 #ifdef TRAMMEL_CHROMIUM
-    return open_page(report::report_html(input));
+    return test::open_page(report::report_html(input));
 #else
     (void)input;
     return {};

@@ -13,6 +13,8 @@ namespace trammel::inline TRAMMEL_ABI::linalg {
 using Lu = Eigen::PartialPivLU<Eigen::MatrixXd>;
 /// The same for complex matrices (frequency responses).
 using ComplexLu = Eigen::PartialPivLU<Eigen::MatrixXcd>;
+/// P A = L U of a 3 x 3 matrix, without allocation.
+using Lu3 = Eigen::PartialPivLU<Eigen::Matrix3d>;
 
 }  // namespace trammel::inline TRAMMEL_ABI::linalg
 

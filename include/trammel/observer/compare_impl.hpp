@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+/// @file
+/// Definitions of compare.hpp.
+#pragma once
+
+#include <algorithm>
+#include <utility>
+
+#include "trammel/core/error.hpp"
+#include "trammel/observer/compare.hpp"
+
+namespace trammel::inline TRAMMEL_ABI::observer {
+
+TRAMMEL_INLINE Comparison compare(const std::vector<Candidate>& candidates,
+                                  const estimate::EstimateSettings& settings,
+                                  const ProgressObserver& observe) {
+  require(!candidates.empty(), "candidates", "none", "at least one");
+  Comparison comparison;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    Scenario scenario = candidates[i].scenario;
+    scenario.observations.clear();
+    const estimate::TrajectoryEstimate estimate = estimate::estimate_trajectory(scenario, settings);
+    comparison.ranking.push_back({i, candidates[i].name, estimate.solution.status, estimate.guaranteed_rms_m,
+                                  estimate.lower_bound_rms_m});
+    if (observe) {
+      observe({"compare candidates", static_cast<double>(i + 1) / static_cast<double>(candidates.size())});
+    }
+  }
+  auto& ranking = comparison.ranking;
+  // Not computed counts as worst.
+  const auto key = [](const CandidateResult& result) {
+    return result.guaranteed_rms_m >= 0.0 ? result.guaranteed_rms_m : std::numeric_limits<double>::infinity();
+  };
+  std::stable_sort(ranking.begin(), ranking.end(),
+                   [&](const CandidateResult& a, const CandidateResult& b) { return key(a) < key(b); });
+  comparison.decided = std::all_of(ranking.begin() + 1, ranking.end(), [&](const CandidateResult& other) {
+    return ranking.front().guaranteed_rms_m <= other.lower_bound_rms_m ||
+           (other.status == SolveStatus::kUnbounded && ranking.front().status != SolveStatus::kUnbounded);
+  });
+  return comparison;
+}
+
+TRAMMEL_INLINE Scenario with_station_at(Scenario scenario, std::size_t station,
+                                        const Eigen::Vector3d& position_m) {
+  require(station < scenario.stations.size(), "station", "an index beyond the stations",
+          "a station of the scenario");
+  scenario.stations[station].position_m = position_m;
+  return scenario;
+}
+
+TRAMMEL_INLINE Scenario with_station_along(Scenario scenario, std::size_t station,
+                                           const std::function<Eigen::Vector3d(double)>& path) {
+  require(station < scenario.stations.size(), "station", "an index beyond the stations",
+          "a station of the scenario");
+  const Station carried = scenario.stations[station];
+  const auto place = scenario.stations.begin() + static_cast<std::ptrdiff_t>(station);
+  std::vector<Station> copies;
+  for (const double time_s : carried.times_s) {
+    Station copy = carried;
+    copy.name = carried.name + " " + std::to_string(copies.size() + 1);
+    copy.times_s = {time_s};
+    copy.position_m = path(time_s);
+    copies.push_back(std::move(copy));
+  }
+  const auto after = scenario.stations.erase(place);
+  scenario.stations.insert(after, copies.begin(), copies.end());
+  scenario.observations.clear();
+  return scenario;
+}
+
+}  // namespace trammel::inline TRAMMEL_ABI::observer
