@@ -6,3 +6,5 @@
 #include "trammel/region/plant_impl.hpp"
 #include "trammel/region/residuals_impl.hpp"
 #include "trammel/region/strings_impl.hpp"
+#include "trammel/region/self_normalised_impl.hpp"
+#include "trammel/region/sps_impl.hpp"

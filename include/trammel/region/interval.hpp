@@ -11,10 +11,14 @@
 
 namespace trammel::inline TRAMMEL_ABI::region {
 
+namespace detail {
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
+}  // namespace detail
+
 /// lower < t < upper; infinite ends are allowed.
 struct Interval {
-  double lower = -std::numeric_limits<double>::infinity();
-  double upper = std::numeric_limits<double>::infinity();
+  double lower = -detail::kInfinity;
+  double upper = detail::kInfinity;
 };
 
 /// Disjoint intervals in ascending order.
@@ -59,7 +63,7 @@ class CountSweep {
   void collect(int least, int most, IntervalList& result) {
     std::sort(events_.begin(), events_.end(), [](const Event& a, const Event& b) { return a.t < b.t; });
     int count = initial_;
-    double from = -std::numeric_limits<double>::infinity();
+    double from = -detail::kInfinity;
     bool holds = count >= least && count <= most;
     for (std::size_t k = 0; k < events_.size();) {
       const double t = events_[k].t;
@@ -75,7 +79,7 @@ class CountSweep {
       holds = now;
     }
     if (holds) {
-      result.push_back({from, std::numeric_limits<double>::infinity()});
+      result.push_back({from, detail::kInfinity});
     }
   }
 

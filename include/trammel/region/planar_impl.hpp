@@ -19,8 +19,6 @@ namespace trammel::inline TRAMMEL_ABI::region {
 
 namespace detail {
 
-inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 /// How the sums of a channel change along a direction.
 enum class Monotone { kNo, kYes, kConstant };
 
