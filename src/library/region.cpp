@@ -8,3 +8,5 @@
 #include "trammel/region/strings_impl.hpp"
 #include "trammel/region/self_normalised_impl.hpp"
 #include "trammel/region/sps_impl.hpp"
+#include "trammel/region/prediction_impl.hpp"
+#include "trammel/region/wind_drift_impl.hpp"
