@@ -30,10 +30,8 @@ struct ExampleData {
   int signs_excluded = 0;
 };
 
-inline region::LinearFeedback dead_beat(double probe_gain) {
-  // Closed-loop polynomial 1, from the two Diophantine equations of this plant. The small example divides
-  // the whole law by nothing: the gain only scales the probe.
-  (void)probe_gain;
+/// Closed-loop polynomial 1 for this plant.
+inline region::LinearFeedback dead_beat() {
   region::LinearFeedback feedback;
   feedback.output = Eigen::Vector2d(-170.0, 105.0) / 169.0;
   feedback.input = Eigen::VectorXd::Constant(1, -168.0 / 169.0);
@@ -74,7 +72,7 @@ inline ExampleData small_example() {
   data.excluded = 2;
   data.signs_excluded = 2;
   region::simulate_loop(
-      example_plant(), dead_beat(4.0),
+      example_plant(), dead_beat(),
       [&](const region::LoopView& view) { return noise[static_cast<std::size_t>(view.time)]; }, data.record);
   return data;
 }
@@ -108,7 +106,7 @@ inline ExampleData example_2() {
   data.excluded = 6;
   data.signs_excluded = 20;
   region::simulate_loop(
-      example_plant(), dead_beat(1.0),
+      example_plant(), dead_beat(),
       [&](const region::LoopView& view) { return noise[static_cast<std::size_t>(view.time)]; }, data.record);
   return data;
 }

@@ -116,7 +116,8 @@ TRAMMEL_INLINE void SpsRegion::section(const Eigen::Ref<const Eigen::VectorXd>& 
       at_start += a < 0.0 ? 1 : 0;
     } else {
       const double far = h + std::copysign(std::sqrt(discriminant), h);
-      const auto [first, second] = std::minmax(far / a, c / far);
+      const double first = std::min(far / a, c / far);
+      const double second = std::max(far / a, c / far);
       at_start += a < 0.0 ? 1 : 0;
       sweep.add(first, a < 0.0 ? -1 : 1);
       sweep.add(second, a < 0.0 ? 1 : -1);
