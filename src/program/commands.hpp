@@ -24,7 +24,10 @@ using Action = std::function<int()>;
 /// Adds a sub-command to `app`; sets `action` when it is chosen. One function per file command_*.cpp.
 using AddCommand = void (*)(CLI::App& app, Action& action);
 
+void add_region(CLI::App& app, Action& action);
+void add_wind(CLI::App& app, Action& action);
+
 /// All sub-commands in the order of `trammel --help`.
-inline const std::vector<AddCommand> kCommands{};
+inline const std::vector<AddCommand> kCommands{add_region, add_wind};
 
 }  // namespace trammel::program
