@@ -10,6 +10,7 @@
 
 #include "region_result.hpp"
 #include "trammel/core/error.hpp"
+#include "trammel/region/lscr.hpp"
 
 namespace trammel::program {
 
@@ -234,9 +235,7 @@ std::string region_picture(const io::RegionSpec& spec, const region::ProbedRecor
     one.method = choice.method;
     one.filter.kind = choice.filter;
     one.channels = spec.period;
-    one.excluded =
-        std::max(1, std::min(spec.method == io::RegionMethod::kSps ? spec.excluded / 4 : spec.excluded,
-                             spec.members / 4));
+    one.excluded = std::max(1, region::excluded_for_level(spec.level, spec.members, spec.period));
     const Json result = region_result(one, record);
     Layer layer{choice.name, choice.colour, result["level_is"].get<std::string>(), {}};
     if (!result["polygon"].is_null()) {
@@ -254,7 +253,8 @@ std::string region_picture(const io::RegionSpec& spec, const region::ProbedRecor
     rows +=
         "<tr><td><span class=\"key\" style=\"background:" + layer.colour + "\"></span>" + layer.name +
         "</td><td class=\"number\">" + cell(result["area"]) + "</td><td class=\"number\">" +
-        cell(result["level"]) + "</td><td>" + layer.note + "</td><td>" +
+        cell(result["level"]) + "</td><td>" + (layer.note == "at_least" ? "a lower bound" : layer.note) +
+        "</td><td>" +
         (result["contains_truth"].is_null() ? "not known"
                                             : (result["contains_truth"].get<bool>() ? "inside" : "outside")) +
         "</td></tr>\n";

@@ -18,7 +18,7 @@ inline region::PlantModel example_model() {
 }
 
 inline region::Plant example_plant() {
-  return {.a = Eigen::Vector2d(-2.0, 1.0), .b = Eigen::Vector2d(1.0, 1.6), .delay = 1};
+  return {.a = Eigen::VectorXd{{-2.0, 1.0}}, .b = Eigen::VectorXd{{1.0, 1.6}}, .delay = 1};
 }
 
 /// A record with its strings for LSCR and its signs for SPS.
@@ -33,7 +33,7 @@ struct ExampleData {
 /// Closed-loop polynomial 1 for this plant.
 inline region::LinearFeedback dead_beat() {
   region::LinearFeedback feedback;
-  feedback.output = Eigen::Vector2d(-170.0, 105.0) / 169.0;
+  feedback.output = Eigen::VectorXd{{-170.0, 105.0}} / 169.0;
   feedback.input = Eigen::VectorXd::Constant(1, -168.0 / 169.0);
   return feedback;
 }

@@ -63,8 +63,10 @@ void simulate_loop(const Plant& plant, F&& feedback, V&& noise, ProbedRecord& re
       for (Eigen::Index j = 0; j < plant.b.size(); ++j) {
         output += plant.b(j) * record.u_at(t - delay - static_cast<int>(j));
       }
-      require(std::isfinite(output), "simulate_loop: output at time " + std::to_string(t),
-              "a value that is not finite", "a feedback that keeps the loop bounded and a finite noise");
+      require(std::isfinite(output), [&] {
+        return ErrorDetail{"simulate_loop: output at time " + std::to_string(t), "a value that is not finite",
+                           "a feedback that keeps the loop bounded and a finite noise"};
+      });
       record.y(t + delay) = output;
       input = feedback(static_cast<const LoopView&>(view));
     }
@@ -106,8 +108,11 @@ class PolePlacement {
     const Eigen::Index outputs = std::max<Eigen::Index>(na, 1);
     const Eigen::Index inputs = nb - 1;
     const Eigen::Index size = inputs + outputs;
-    require(characteristic.size() <= size, "PolePlacement::place: characteristic",
-            std::to_string(characteristic.size()) + " coefficients", "at most " + std::to_string(size));
+    require(characteristic.size() <= size, [&] {
+      return ErrorDetail{"PolePlacement::place: characteristic",
+                         std::to_string(characteristic.size()) + " coefficients",
+                         "at most " + std::to_string(size)};
+    });
     matrix_.setZero(size, size);
     right_.setZero(size);
     right_.head(characteristic.size()) = characteristic;
@@ -123,7 +128,8 @@ class PolePlacement {
     lu_.compute(matrix_);
     solution_ = lu_.solve(right_);
     const double scale = matrix_.cwiseAbs().maxCoeff();
-    const double error = (matrix_ * solution_ - right_).cwiseAbs().maxCoeff();
+    right_.noalias() -= matrix_ * solution_;
+    const double error = right_.cwiseAbs().maxCoeff();
     constexpr double kRegular = 1e-9;  // residual, relative, that a usable solution leaves
     if (!solution_.allFinite() || !(error <= kRegular * (scale * solution_.cwiseAbs().maxCoeff() + 1.0)) ||
         solution_.cwiseAbs().maxCoeff() > 1.0 / kRegular) {

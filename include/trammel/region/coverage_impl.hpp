@@ -46,9 +46,12 @@ struct CoverageRunner::Work {
 TRAMMEL_INLINE CoverageRunner::CoverageRunner(const LoopExperiment& experiment,
                                               const CoverageSettings& settings)
     : work_(std::make_unique<Work>(experiment, settings)) {
-  require(settings.members >= 2, "coverage: members", std::to_string(settings.members), "at least 2");
-  require(settings.sps_members >= 2, "coverage: sps_members", std::to_string(settings.sps_members),
-          "at least 2");
+  require(settings.members >= 2, [&] {
+    return ErrorDetail{"coverage: members", std::to_string(settings.members), "at least 2"};
+  });
+  require(settings.sps_members >= 2, [&] {
+    return ErrorDetail{"coverage: sps_members", std::to_string(settings.sps_members), "at least 2"};
+  });
 }
 
 TRAMMEL_INLINE CoverageRunner::~CoverageRunner() = default;
@@ -97,8 +100,12 @@ TRAMMEL_INLINE void CoverageRunner::run(std::uint64_t run, CoverageCounts& count
 TRAMMEL_INLINE CoverageCounts study_coverage(const LoopExperiment& experiment,
                                              const CoverageSettings& settings,
                                              const ProgressObserver& observer) {
-  require(settings.runs >= 1, "coverage: runs", std::to_string(settings.runs), "at least 1");
-  require(settings.threads >= 1, "coverage: threads", std::to_string(settings.threads), "at least 1");
+  require(settings.runs >= 1, [&] {
+    return ErrorDetail{"coverage: runs", std::to_string(settings.runs), "at least 1"};
+  });
+  require(settings.threads >= 1, [&] {
+    return ErrorDetail{"coverage: threads", std::to_string(settings.threads), "at least 1"};
+  });
   constexpr int kBlock = 50;  // runs taken at a time: a few milliseconds each
   std::atomic<int> next{0};
   std::atomic<int> done{0};

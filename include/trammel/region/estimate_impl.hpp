@@ -14,8 +14,10 @@ namespace trammel::inline TRAMMEL_ABI::region {
 TRAMMEL_INLINE InstrumentalEstimate instrumental_estimate(const Eigen::RowVectorXd& total, int channels,
                                                           int dimension) {
   const int width = dimension + 1;
-  require(total.size() >= channels * width, "instrumental_estimate: total", std::to_string(total.size()),
-          "channels (dimension + 1) numbers, " + std::to_string(channels * width));
+  require(total.size() >= channels * width, [&] {
+    return ErrorDetail{"instrumental_estimate: total", std::to_string(total.size()),
+                       "channels (dimension + 1) numbers, " + std::to_string(channels * width)};
+  });
   InstrumentalEstimate result;
   result.matrix.resize(channels, dimension);
   result.right.resize(channels);

@@ -28,13 +28,12 @@ struct LevelChain {
 /// Work space of walk_level, kept between calls.
 struct LevelWalkWork {
   std::vector<int> order;
-  std::vector<double> crossing;
 };
 
 /// The k-th smallest (k from 1) of the lines on [begin, end], ends may be infinite. Starts with the k-th line
-/// at `begin` and goes from one crossing of the current line to the next; lines that cross in one point turn
-/// over together, and the rank is verified between crossings, so that rounding cannot make it drift.
-/// Cost: O(lines) per piece, and few pieces for k near 1 or near the number of lines.
+/// at `begin` and goes from one crossing of the current line to the next; at each the rank is counted anew,
+/// also where many lines meet in one point, so that rounding cannot make it drift.
+/// Cost: O(lines) per crossing, and few of them for k near 1 or near the number of lines.
 void walk_level(std::span<const Line> lines, int k, double begin, double end, LevelWalkWork& work,
                 LevelChain& out);
 

@@ -16,8 +16,8 @@ namespace trammel::inline TRAMMEL_ABI::region {
 
 namespace detail {
 
-/// Crossings closer than this, relative to their place, are one.
-inline constexpr double kSameCrossing = 1e-13;
+/// Lines closer to a crossing than this, relative to the size of their terms, go through it.
+inline constexpr double kSamePoint = 1e-13;
 
 /// The k-th smallest line just right of x (x = -infinity: far left).
 TRAMMEL_INLINE int line_of_rank(std::span<const Line> lines, int k, double x, std::vector<int>& order) {
@@ -39,84 +39,66 @@ TRAMMEL_INLINE int line_of_rank(std::span<const Line> lines, int k, double x, st
   return *place;
 }
 
-/// True if the current line has rank k at x, counting lines at equal height either way.
-TRAMMEL_INLINE bool has_rank(std::span<const Line> lines, int k, int current, double x) {
-  const double height = lines[static_cast<std::size_t>(current)].at(x);
-  int below = 0;
-  int equal = 0;
-  for (const Line& line : lines) {
-    const double other = line.at(x);
-    below += other < height ? 1 : 0;
-    equal += other == height ? 1 : 0;
-  }
-  return below < k && k <= below + equal;
-}
-
-/// Nearest crossing of the current line right of `after`; work.crossing holds those of all lines.
-TRAMMEL_INLINE double next_crossing(std::span<const Line> lines, int current, double after,
-                                    std::vector<double>& crossing) {
-  const Line& line = lines[static_cast<std::size_t>(current)];
+/// Nearest crossing of the current line right of `after`.
+TRAMMEL_INLINE double next_crossing(std::span<const Line> lines, int current, double after) {
+  const Line line = lines[static_cast<std::size_t>(current)];
   double nearest = std::numeric_limits<double>::infinity();
-  for (std::size_t m = 0; m < lines.size(); ++m) {
-    const double x = (lines[m].intercept - line.intercept) / (line.slope - lines[m].slope);
-    // Parallel lines give an infinity or NaN, which no comparison below accepts.
-    const double counted = x > after ? x : std::numeric_limits<double>::infinity();
-    crossing[m] = counted;
-    nearest = counted < nearest ? counted : nearest;
+  for (const Line& other : lines) {
+    const double x = (other.intercept - line.intercept) / (line.slope - other.slope);
+    // Parallel lines give an infinity or NaN, which neither comparison accepts.
+    nearest = x > after && x < nearest ? x : nearest;
   }
   return nearest;
 }
 
-/// The line of the same rank after all lines through the crossing at x have turned over.
-TRAMMEL_INLINE int turn_over(std::span<const Line> lines, int current, double x, double tolerance,
-                             LevelWalkWork& work, double& last) {
-  work.order.clear();
-  work.order.push_back(current);
-  last = x;
+/// The k-th smallest line just right of a crossing of the current line at x: the lines through that point are
+/// in ascending order of their slopes there, above those that pass below it.
+TRAMMEL_INLINE int line_after_crossing(std::span<const Line> lines, int k, int current, double x,
+                                       std::vector<int>& order) {
+  const double height = lines[static_cast<std::size_t>(current)].at(x);
+  int below = 0;
+  order.clear();
   for (std::size_t m = 0; m < lines.size(); ++m) {
-    if (work.crossing[m] <= x + tolerance) {
-      work.order.push_back(static_cast<int>(m));
-      last = std::max(last, work.crossing[m]);
+    const double distance = lines[m].at(x) - height;
+    const double size = std::abs(lines[m].intercept) + std::abs(lines[m].slope * x);
+    if (std::abs(distance) <= kSamePoint * size) {
+      order.push_back(static_cast<int>(m));
+    } else {
+      below += distance < 0.0 ? 1 : 0;
     }
   }
-  const auto slope = [&](int index) { return lines[static_cast<std::size_t>(index)].slope; };
-  std::sort(work.order.begin(), work.order.end(),
-            [&](int a, int b) { return slope(a) != slope(b) ? slope(a) < slope(b) : a < b; });
-  const auto place = std::find(work.order.begin(), work.order.end(), current) - work.order.begin();
-  return work.order[work.order.size() - 1 - static_cast<std::size_t>(place)];
+  const int place = k - 1 - below;
+  if (place < 0 || place >= static_cast<int>(order.size())) {
+    return line_of_rank(lines, k, x, order);
+  }
+  std::sort(order.begin(), order.end(), [&](int a, int b) {
+    const double first = lines[static_cast<std::size_t>(a)].slope;
+    const double second = lines[static_cast<std::size_t>(b)].slope;
+    return first != second ? first < second : a < b;
+  });
+  return order[static_cast<std::size_t>(place)];
 }
 
 }  // namespace detail
 
 TRAMMEL_INLINE void walk_level(std::span<const Line> lines, int k, double begin, double end,
                                LevelWalkWork& work, LevelChain& out) {
-  require(k >= 1 && k <= static_cast<int>(lines.size()), "walk_level: k", std::to_string(k),
-          "1 to the number of lines, " + std::to_string(lines.size()));
+  require(k >= 1 && k <= static_cast<int>(lines.size()), [&] {
+    return ErrorDetail{"walk_level: k", std::to_string(k),
+                       "1 to the number of lines, " + std::to_string(lines.size())};
+  });
   out.breaks.clear();
   out.pieces.clear();
-  work.crossing.resize(lines.size());
   int current = detail::line_of_rank(lines, k, begin, work.order);
   out.pieces.push_back(current);
-  double after = begin;
-  double nearest = detail::next_crossing(lines, current, after, work.crossing);
-  while (nearest < end) {
-    const double tolerance = detail::kSameCrossing * std::abs(nearest);
-    double last = nearest;
-    int next = detail::turn_over(lines, current, nearest, tolerance, work, last);
-    after = last + tolerance;
-    double following = detail::next_crossing(lines, next, after, work.crossing);
-    const double reach = std::isinf(following) ? after + 1.0 + std::abs(after) : following;
-    const double middle = after + (reach - after) / 2.0;
-    if (!detail::has_rank(lines, k, next, middle)) {
-      next = detail::line_of_rank(lines, k, middle, work.order);
-      following = detail::next_crossing(lines, next, after, work.crossing);
-    }
+  for (double x = detail::next_crossing(lines, current, begin); x < end;
+       x = detail::next_crossing(lines, current, x)) {
+    const int next = detail::line_after_crossing(lines, k, current, x, work.order);
     if (next != current) {
-      out.breaks.push_back(nearest);
+      out.breaks.push_back(x);
       out.pieces.push_back(next);
       current = next;
     }
-    nearest = following;
   }
 }
 

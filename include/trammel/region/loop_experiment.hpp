@@ -57,7 +57,7 @@ inline constexpr std::string_view kProbeNames[] = {"signs", "uniform"};
 /// A loop to simulate. Default: example 2 of Amelin (2013); the feedback, the probe law and its gain are not
 /// printed there.
 struct LoopExperiment {
-  Plant plant{.a = Eigen::Vector2d(-2.0, 1.0), .b = Eigen::Vector2d(1.0, 1.6), .delay = 1};
+  Plant plant{.a = Eigen::VectorXd{{-2.0, 1.0}}, .b = Eigen::VectorXd{{1.0, 1.6}}, .delay = 1};
   PlantModel model{.a = {std::nullopt, 1.0}, .b = {std::nullopt, 1.6}, .delay = 1};
   LoopFeedback feedback = LoopFeedback::kDeadBeat;
   LoopNoise noise = LoopNoise::kGaussianBias;
@@ -103,6 +103,7 @@ class LoopSimulator {
   LinearFeedback tuned_;
   Plant estimate_;
   Eigen::VectorXd characteristic_;
+  Eigen::VectorXd first_guess_;
   Eigen::VectorXd parameters_;
   Eigen::VectorXd regressor_;
   Eigen::VectorXd gain_;

@@ -29,12 +29,18 @@ TRAMMEL_INLINE void validate(const LoopExperiment& experiment) {
   validate(experiment.plant);
   validate(experiment.model);
   (void)unknown_of(experiment.model, experiment.plant);  // same orders
-  require(experiment.period >= 1, "experiment.period", std::to_string(experiment.period), "at least 1");
-  require(experiment.probes >= 1, "experiment.probes", std::to_string(experiment.probes), "at least 1");
-  require(experiment.gain > 0.0 && std::isfinite(experiment.gain), "experiment.gain",
-          std::to_string(experiment.gain), "a positive number");
-  require(std::abs(experiment.pole) < 1.0, "experiment.pole", std::to_string(experiment.pole),
-          "between -1 and 1");
+  require(experiment.period >= 1, [&] {
+    return ErrorDetail{"experiment.period", std::to_string(experiment.period), "at least 1"};
+  });
+  require(experiment.probes >= 1, [&] {
+    return ErrorDetail{"experiment.probes", std::to_string(experiment.probes), "at least 1"};
+  });
+  require(experiment.gain > 0.0 && std::isfinite(experiment.gain), [&] {
+    return ErrorDetail{"experiment.gain", std::to_string(experiment.gain), "a positive number"};
+  });
+  require(std::abs(experiment.pole) < 1.0, [&] {
+    return ErrorDetail{"experiment.pole", std::to_string(experiment.pole), "between -1 and 1"};
+  });
   if (experiment.feedback == LoopFeedback::kAdversarial) {
     const Plant& plant = experiment.plant;
     require(plant.a.size() == 2 && plant.b.size() == 2 && plant.delay == 1 && experiment.period == 2,
@@ -47,6 +53,7 @@ TRAMMEL_INLINE void validate(const LoopExperiment& experiment) {
 TRAMMEL_INLINE LoopSimulator::LoopSimulator(LoopExperiment experiment) : experiment_(std::move(experiment)) {
   validate(experiment_);
   const Plant& plant = experiment_.plant;
+  first_guess_ = detail::kFirstGuess * unknown_of(experiment_.model, plant);
   const auto na = static_cast<int>(plant.a.size());
   const int nb = plant.delay - 1 + static_cast<int>(plant.b.size());
   if (experiment_.feedback == LoopFeedback::kPlaced || experiment_.feedback == LoopFeedback::kSelfTuning) {
@@ -160,7 +167,7 @@ TRAMMEL_INLINE void LoopSimulator::simulate(std::uint64_t seed, std::uint64_t ru
   target_ = 0.0;
   if (experiment_.feedback == LoopFeedback::kSelfTuning) {
     estimate_ = experiment_.plant;
-    parameters_ = detail::kFirstGuess * unknown_of(experiment_.model, experiment_.plant);
+    parameters_ = first_guess_;
     const Eigen::Index unknowns = parameters_.size();
     covariance_.setIdentity(unknowns, unknowns);
     covariance_ *= detail::kFirstVariance;

@@ -25,7 +25,9 @@ inline constexpr std::array kPredictionAssumptions{kSymmetricProbe, kIndependent
 }  // namespace detail
 
 TRAMMEL_INLINE int excluded_for_level(double level, int members, int channels) {
-  require(level > 0.0 && level < 1.0, "level", std::to_string(level), "a number between 0 and 1");
+  require(level > 0.0 && level < 1.0, [&] {
+    return ErrorDetail{"level", std::to_string(level), "a number between 0 and 1"};
+  });
   // 1 - 2 c q / M >= level; a relative 1e-9 forgives the rounding of decimal levels.
   const double most = (1.0 - level) * members / (2.0 * channels);
   return std::min(static_cast<int>(most * (1.0 + 1e-9)), members / 2);
@@ -34,10 +36,14 @@ TRAMMEL_INLINE int excluded_for_level(double level, int members, int channels) {
 TRAMMEL_INLINE void LscrRegion::assign(const ProbedResiduals& residuals, const BinaryStrings& strings,
                                        std::span<const char> after_reference, int excluded,
                                        ResidualForm form) {
-  require(excluded >= 1 && 2 * excluded <= strings.count() + 1, "LscrRegion::assign: excluded (q)",
-          std::to_string(excluded), "1 to M/2, M = " + std::to_string(strings.count() + 1));
-  require(static_cast<int>(after_reference.size()) == strings.count(), "LscrRegion::assign: after_reference",
-          std::to_string(after_reference.size()), "one flag per string, " + std::to_string(strings.count()));
+  require(excluded >= 1 && 2 * excluded <= strings.count() + 1, [&] {
+    return ErrorDetail{"LscrRegion::assign: excluded (q)", std::to_string(excluded),
+                       "1 to M/2, M = " + std::to_string(strings.count() + 1)};
+  });
+  require(static_cast<int>(after_reference.size()) == strings.count(), [&] {
+    return ErrorDetail{"LscrRegion::assign: after_reference", std::to_string(after_reference.size()),
+                       "one flag per string, " + std::to_string(strings.count())};
+  });
   strings_ = strings.count();
   channels_ = residuals.channels;
   dimension_ = residuals.dimension;
@@ -77,8 +83,10 @@ TRAMMEL_INLINE bool LscrRegion::channel_contains(int channel,
 }
 
 TRAMMEL_INLINE bool LscrRegion::contains(const Eigen::Ref<const Eigen::VectorXd>& p) const {
-  require(p.size() == dimension_, "LscrRegion::contains: p", std::to_string(p.size()) + " numbers",
-          std::to_string(dimension_));
+  require(p.size() == dimension_, [&] {
+    return ErrorDetail{"LscrRegion::contains: p", std::to_string(p.size()) + " numbers",
+                       std::to_string(dimension_)};
+  });
   for (int channel = 0; channel < channels_; ++channel) {
     if (!channel_contains(channel, p)) {
       return false;
@@ -119,9 +127,11 @@ TRAMMEL_INLINE void LscrRegion::channel_section(int channel, const Eigen::Ref<co
 TRAMMEL_INLINE void LscrRegion::section(const Eigen::Ref<const Eigen::VectorXd>& p,
                                         const Eigen::Ref<const Eigen::VectorXd>& direction,
                                         IntervalList& out) const {
-  require(p.size() == dimension_ && direction.size() == dimension_, "LscrRegion::section: p or direction",
-          std::to_string(p.size()) + " and " + std::to_string(direction.size()) + " numbers",
-          std::to_string(dimension_) + " each");
+  require(p.size() == dimension_ && direction.size() == dimension_, [&] {
+    return ErrorDetail{"LscrRegion::section: p or direction",
+                       std::to_string(p.size()) + " and " + std::to_string(direction.size()) + " numbers",
+                       std::to_string(dimension_) + " each"};
+  });
   IntervalList channel_part;
   CountSweep sweep;
   for (int channel = 0; channel < channels_; ++channel) {

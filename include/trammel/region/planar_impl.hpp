@@ -241,7 +241,8 @@ TRAMMEL_INLINE bool prepare_events(const LscrRegion& region, const Eigen::Vector
     if (!item.is_strip) {
       continue;
     }
-    region.channel_section(channel, Eigen::Vector2d::Zero(), across, work.sweep, item.strip);
+    const Eigen::Vector2d origin(0.0, 0.0);
+    region.channel_section(channel, origin, across, work.sweep, item.strip);
     if (item.strip.empty()) {
       return false;
     }
@@ -338,8 +339,9 @@ TRAMMEL_INLINE void trace_components(PlanarWork& work, const Eigen::Vector2d& ac
 
 TRAMMEL_INLINE bool exact_polygon(const LscrRegion& region, PlanarWork& work, PlanarRegion& out) {
   using detail::kInfinity;
-  require(region.dimension() == 2, "exact_polygon: region",
-          std::to_string(region.dimension()) + " parameters", "2");
+  require(region.dimension() == 2, [&] {
+    return ErrorDetail{"exact_polygon: region", std::to_string(region.dimension()) + " parameters", "2"};
+  });
   out.vertices.clear();
   out.first_vertex.clear();
   out.area = 0.0;
@@ -379,8 +381,10 @@ TRAMMEL_INLINE double edge_integral(const Eigen::Vector2d& from, const Eigen::Ve
 
 TRAMMEL_INLINE PlantImage plant_image(const PlanarRegion& region, const PlantModel& model) {
   validate(model);
-  require(unknown_count(model) == 2, "plant_image: model",
-          std::to_string(unknown_count(model)) + " unknown coefficients", "2");
+  require(unknown_count(model) == 2, [&] {
+    return ErrorDetail{"plant_image: model", std::to_string(unknown_count(model)) + " unknown coefficients",
+                       "2"};
+  });
   PlantImage image;
   PlanarRegion& outline = image.outline;
   outline.first_vertex = region.first_vertex;

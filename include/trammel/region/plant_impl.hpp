@@ -33,18 +33,24 @@ void for_each_coefficient(Model& model, Visitor&& visit) {
 }  // namespace detail
 
 TRAMMEL_INLINE void validate(const Plant& plant) {
-  require(plant.delay >= 1, "plant.delay", std::to_string(plant.delay), "at least 1");
+  require(plant.delay >= 1, [&] {
+    return ErrorDetail{"plant.delay", std::to_string(plant.delay), "at least 1"};
+  });
   require(plant.b.size() >= 1, "plant.b", "no coefficient", "at least one");
   require(plant.a.allFinite(), "plant.a", "a value that is not finite", "finite numbers");
   require(plant.b.allFinite(), "plant.b", "a value that is not finite", "finite numbers");
 }
 
 TRAMMEL_INLINE void validate(const PlantModel& model) {
-  require(model.delay >= 1, "plant.delay", std::to_string(model.delay), "at least 1");
+  require(model.delay >= 1, [&] {
+    return ErrorDetail{"plant.delay", std::to_string(model.delay), "at least 1"};
+  });
   require(!model.b.empty(), "plant.b", "no coefficient", "at least one");
   detail::for_each_coefficient(model, [](bool is_a, int index, const std::optional<double>& value) {
-    require(!value || std::isfinite(*value), (is_a ? "plant.a" : "plant.b") + std::to_string(index),
-            "a value that is not finite", "a finite number");
+    require(!value || std::isfinite(*value), [&] {
+      return ErrorDetail{(is_a ? "plant.a" : "plant.b") + std::to_string(index), "a value that is not finite",
+                         "a finite number"};
+    });
   });
   require(unknown_count(model) >= 1, "plant", "all coefficients known", "at least one unknown coefficient");
 }
@@ -66,8 +72,10 @@ TRAMMEL_INLINE std::vector<std::string> unknown_names(const PlantModel& model) {
 }
 
 TRAMMEL_INLINE Plant complete(const PlantModel& model, const Eigen::VectorXd& p) {
-  require(p.size() == unknown_count(model), "complete: p", std::to_string(p.size()) + " numbers",
-          std::to_string(unknown_count(model)));
+  require(p.size() == unknown_count(model), [&] {
+    return ErrorDetail{"complete: p", std::to_string(p.size()) + " numbers",
+                       std::to_string(unknown_count(model))};
+  });
   Plant plant;
   plant.delay = model.delay;
   plant.a.resize(static_cast<Eigen::Index>(model.a.size()));
@@ -95,7 +103,9 @@ TRAMMEL_INLINE Eigen::VectorXd unknown_of(const PlantModel& model, const Plant& 
 
 TRAMMEL_INLINE Eigen::VectorXd impulse_parameters(const Plant& plant, int size) {
   validate(plant);
-  require(size >= 1, "impulse_parameters: size", std::to_string(size), "at least 1");
+  require(size >= 1, [&] {
+    return ErrorDetail{"impulse_parameters: size", std::to_string(size), "at least 1"};
+  });
   Eigen::VectorXd theta(size);
   for (Eigen::Index i = 0; i < size; ++i) {
     double value = i < plant.b.size() ? plant.b(i) : 0.0;
@@ -111,8 +121,10 @@ TRAMMEL_INLINE PlantFromImpulse plant_from_impulse(const PlantModel& model, cons
   validate(model);
   const Eigen::Index unknowns = unknown_count(model);
   const Eigen::Index rows = theta.size();
-  require(rows >= unknowns, "plant_from_impulse: theta", std::to_string(rows) + " numbers",
-          "at least as many as unknown coefficients, " + std::to_string(unknowns));
+  require(rows >= unknowns, [&] {
+    return ErrorDetail{"plant_from_impulse: theta", std::to_string(rows) + " numbers",
+                       "at least as many as unknown coefficients, " + std::to_string(unknowns)};
+  });
   Eigen::MatrixXd equations = Eigen::MatrixXd::Zero(rows, unknowns);
   Eigen::VectorXd right = -theta;
   Eigen::Index column = 0;

@@ -21,18 +21,25 @@ TRAMMEL_INLINE double spectral_norm(const Eigen::MatrixXd& matrix) {
 }
 
 TRAMMEL_INLINE void require_number(double value, double least, const char* name) {
-  require(value >= least && std::isfinite(value), std::string("PredictionProblem.") + name,
-          std::to_string(value), "a finite number, at least " + std::to_string(least));
+  require(value >= least && std::isfinite(value), [&] {
+    return ErrorDetail{std::string("PredictionProblem.") + name, std::to_string(value),
+                       "a finite number, at least " + std::to_string(least)};
+  });
 }
 
 TRAMMEL_INLINE void require_valid(const PredictionProblem& problem) {
-  require(problem.r >= 1, "PredictionProblem.r", std::to_string(problem.r), "at least 1");
+  require(problem.r >= 1, [&] {
+    return ErrorDetail{"PredictionProblem.r", std::to_string(problem.r), "at least 1"};
+  });
   require_number(problem.sigma_w, 0.0, "sigma_w");
   require_number(problem.norm_a, 0.0, "norm_a");
-  require(problem.norm_a <= 1.0 + 1e-12, "PredictionProblem.norm_a", std::to_string(problem.norm_a),
-          "at most 1");
-  require(problem.lambda_min > 0.0, "PredictionProblem.lambda_min", std::to_string(problem.lambda_min),
-          "a positive number");
+  require(problem.norm_a <= 1.0 + 1e-12, [&] {
+    return ErrorDetail{"PredictionProblem.norm_a", std::to_string(problem.norm_a), "at most 1"};
+  });
+  require(problem.lambda_min > 0.0, [&] {
+    return ErrorDetail{"PredictionProblem.lambda_min", std::to_string(problem.lambda_min),
+                       "a positive number"};
+  });
   require_number(problem.norm_gamma, 0.0, "norm_gamma");
   require_number(problem.norm_a_gamma, 0.0, "norm_a_gamma");
   require_number(problem.m4_4, 0.0, "m4_4");
@@ -58,20 +65,27 @@ TRAMMEL_INLINE double noise_factor(const PredictionProblem& problem, double rho)
 TRAMMEL_INLINE void validate(const PredictionSettings& settings) {
   const Eigen::MatrixXd& a = settings.transition;
   const Eigen::MatrixXd& gamma = settings.gain;
-  require(a.rows() >= 1 && a.rows() == a.cols(), "PredictionSettings.transition",
-          std::to_string(a.rows()) + " x " + std::to_string(a.cols()), "a square matrix");
-  require(gamma.rows() == a.rows() && gamma.cols() == a.cols(), "PredictionSettings.gain",
-          std::to_string(gamma.rows()) + " x " + std::to_string(gamma.cols()), "the shape of the transition");
+  require(a.rows() >= 1 && a.rows() == a.cols(), [&] {
+    return ErrorDetail{"PredictionSettings.transition",
+                       std::to_string(a.rows()) + " x " + std::to_string(a.cols()), "a square matrix"};
+  });
+  require(gamma.rows() == a.rows() && gamma.cols() == a.cols(), [&] {
+    return ErrorDetail{"PredictionSettings.gain",
+                       std::to_string(gamma.rows()) + " x " + std::to_string(gamma.cols()),
+                       "the shape of the transition"};
+  });
   require(a.allFinite() && detail::spectral_norm(a) <= 1.0 + 1e-12, "PredictionSettings.transition",
           "a norm above 1", "a matrix of norm at most 1");
   require(gamma.allFinite() && gamma.isApprox(gamma.transpose(), 1e-12) &&
               linalg::SymmetricEigen(gamma).eigenvalues()(0) > 0.0,
           "PredictionSettings.gain", "a matrix that is not symmetric positive definite",
           "a symmetric positive definite one");
-  require(settings.step > 0.0 && std::isfinite(settings.step), "PredictionSettings.step",
-          std::to_string(settings.step), "a positive number");
-  require(settings.centring >= 0.0 && settings.centring <= 1.0, "PredictionSettings.centring",
-          std::to_string(settings.centring), "0 to 1");
+  require(settings.step > 0.0 && std::isfinite(settings.step), [&] {
+    return ErrorDetail{"PredictionSettings.step", std::to_string(settings.step), "a positive number"};
+  });
+  require(settings.centring >= 0.0 && settings.centring <= 1.0, [&] {
+    return ErrorDetail{"PredictionSettings.centring", std::to_string(settings.centring), "0 to 1"};
+  });
 }
 
 TRAMMEL_INLINE double predict_step(const PredictionSettings& settings, const Eigen::VectorXd& regressor,
@@ -88,10 +102,12 @@ TRAMMEL_INLINE PredictionProblem prediction_problem(const Eigen::MatrixXd& trans
                                                     const Eigen::MatrixXd& probe_covariance, double sigma_w,
                                                     double m4_4, double m_phi, double c_v) {
   validate(PredictionSettings{.transition = transition, .gain = gain, .step = 1.0, .centring = 0.0});
-  require(probe_covariance.rows() == gain.rows() && probe_covariance.cols() == gain.cols(),
-          "prediction_problem: probe_covariance",
-          std::to_string(probe_covariance.rows()) + " x " + std::to_string(probe_covariance.cols()),
-          "the shape of the gain");
+  require(probe_covariance.rows() == gain.rows() && probe_covariance.cols() == gain.cols(), [&] {
+    return ErrorDetail{
+        "prediction_problem: probe_covariance",
+        std::to_string(probe_covariance.rows()) + " x " + std::to_string(probe_covariance.cols()),
+        "the shape of the gain"};
+  });
   const Eigen::MatrixXd product = probe_covariance * gain;
   PredictionProblem problem;
   problem.r = static_cast<int>(gain.rows());
@@ -115,9 +131,12 @@ TRAMMEL_INLINE double PredictionBound::at(int t, double initial_square) const {
 TRAMMEL_INLINE PredictionBound prediction_error_bound(const PredictionProblem& problem, double alpha,
                                                       double rho) {
   detail::require_valid(problem);
-  require(alpha > 0.0, "prediction_error_bound: alpha", std::to_string(alpha), "a positive number");
-  require(rho > 0.0 || problem.m_phi == 0.0, "prediction_error_bound: rho", std::to_string(rho),
-          "a positive number");
+  require(alpha > 0.0, [&] {
+    return ErrorDetail{"prediction_error_bound: alpha", std::to_string(alpha), "a positive number"};
+  });
+  require(rho > 0.0 || problem.m_phi == 0.0, [&] {
+    return ErrorDetail{"prediction_error_bound: rho", std::to_string(rho), "a positive number"};
+  });
   PredictionBound bound;
   bound.contraction =
       (1.0 - 2.0 * alpha * problem.lambda_min + alpha * alpha * detail::second_order(problem, rho)) *
@@ -131,15 +150,19 @@ TRAMMEL_INLINE PredictionBound prediction_error_bound(const PredictionProblem& p
 
 TRAMMEL_INLINE BestStep best_step(const PredictionProblem& problem, double rho) {
   detail::require_valid(problem);
-  require(rho > 0.0 || problem.m_phi == 0.0, "best_step: rho", std::to_string(rho), "a positive number");
+  require(rho > 0.0 || problem.m_phi == 0.0, [&] {
+    return ErrorDetail{"best_step: rho", std::to_string(rho), "a positive number"};
+  });
   const double c = problem.norm_a * problem.norm_a;
   const double p = problem.r * problem.sigma_w * problem.sigma_w;
   const double q = detail::noise_factor(problem, rho);
   const double k1 = 2.0 * c * problem.lambda_min;
   const double k2 = c * detail::second_order(problem, rho);
-  require(p > 0.0 && c > 0.0, "best_step: problem.sigma_w or problem.norm_a",
-          std::to_string(problem.sigma_w) + " and " + std::to_string(problem.norm_a),
-          "positive numbers: without drift the best step is 0");
+  require(p > 0.0 && c > 0.0, [&] {
+    return ErrorDetail{"best_step: problem.sigma_w or problem.norm_a",
+                       std::to_string(problem.sigma_w) + " and " + std::to_string(problem.norm_a),
+                       "positive numbers: without drift the best step is 0"};
+  });
   const double h = q * (1.0 - c) + p * k2;
   BestStep best;
   best.rho = problem.m_phi > 0.0 ? rho : std::numeric_limits<double>::quiet_NaN();

@@ -80,9 +80,10 @@ TRAMMEL_INLINE void apply_filter(const ResidualFilter& filter, RowMatrix& series
       subtract_line(series);
       break;
     case ResidualFilter::Kind::kPeriodic:
-      require(filter.period >= 1 && 2 * filter.period <= series.rows(), "residual filter: period",
-              std::to_string(filter.period),
-              "1 to half of the " + std::to_string(series.rows()) + " residuals");
+      require(filter.period >= 1 && 2 * filter.period <= series.rows(), [&] {
+        return ErrorDetail{"residual filter: period", std::to_string(filter.period),
+                           "1 to half of the " + std::to_string(series.rows()) + " residuals"};
+      });
       subtract_phase_means(filter.period, series);
       break;
     case ResidualFilter::Kind::kFir:
@@ -105,22 +106,31 @@ TRAMMEL_INLINE void group_by_probe(const ProbedRecord& record, ProbedResiduals& 
 
 TRAMMEL_INLINE void require_covered(const ProbedRecord& record, int last_time) {
   const int last = record.first_time + static_cast<int>(record.y.size()) - 1;
-  require(last >= last_time, "record.y", "the last time " + std::to_string(last),
-          "outputs up to time " + std::to_string(last_time) + " (the group of the last probe)");
+  require(last >= last_time, [&] {
+    return ErrorDetail{"record.y", "the last time " + std::to_string(last),
+                       "outputs up to time " + std::to_string(last_time) + " (the group of the last probe)"};
+  });
 }
 
 }  // namespace detail
 
 TRAMMEL_INLINE void validate(const ProbedRecord& record) {
   require(record.y.size() >= 1, "record.y", "no sample", "at least one");
-  require(record.u.size() == record.y.size(), "record.u", std::to_string(record.u.size()) + " samples",
-          "as many as outputs, " + std::to_string(record.y.size()));
+  require(record.u.size() == record.y.size(), [&] {
+    return ErrorDetail{"record.u", std::to_string(record.u.size()) + " samples",
+                       "as many as outputs, " + std::to_string(record.y.size())};
+  });
   require(record.probe.size() >= 1, "record.probe", "no probe", "at least one");
-  require(record.period >= 1, "record.period", std::to_string(record.period), "at least 1");
-  require(record.gain > 0.0, "record.gain", std::to_string(record.gain), "a positive number");
-  require(record.first_probe_time >= record.first_time, "record.first_probe_time",
-          std::to_string(record.first_probe_time),
-          "not before the first sample, " + std::to_string(record.first_time));
+  require(record.period >= 1, [&] {
+    return ErrorDetail{"record.period", std::to_string(record.period), "at least 1"};
+  });
+  require(record.gain > 0.0, [&] {
+    return ErrorDetail{"record.gain", std::to_string(record.gain), "a positive number"};
+  });
+  require(record.first_probe_time >= record.first_time, [&] {
+    return ErrorDetail{"record.first_probe_time", std::to_string(record.first_probe_time),
+                       "not before the first sample, " + std::to_string(record.first_time)};
+  });
   require(record.y.allFinite(), "record.y", "a value that is not finite", "finite numbers");
   require(record.u.allFinite(), "record.u", "a value that is not finite", "finite numbers");
   require(record.probe.allFinite(), "record.probe", "a value that is not finite", "finite numbers");
@@ -130,7 +140,9 @@ TRAMMEL_INLINE void plant_residuals(const PlantModel& model, const ProbedRecord&
                                     const ResidualFilter& filter, ProbedResiduals& out) {
   validate(model);
   validate(record);
-  require(channels >= 0, "plant_residuals: channels", std::to_string(channels), "at least 1, or 0");
+  require(channels >= 0, [&] {
+    return ErrorDetail{"plant_residuals: channels", std::to_string(channels), "at least 1, or 0"};
+  });
   out.channels = channels == 0 ? record.period : channels;
   out.dimension = static_cast<int>(unknown_count(model));
   const int first = record.first_probe_time + model.delay;

@@ -108,10 +108,13 @@ inline std::vector<double> cubic_roots(const std::array<double, 4>& c) {
 
 TRAMMEL_INLINE void SelfNormalisedRegion::assign(const ProbedResiduals& residuals, double delta,
                                                  double rho2) {
-  require(delta > 0.0 && delta < 1.0, "SelfNormalisedRegion::assign: delta", std::to_string(delta),
-          "a number between 0 and 1");
-  require(rho2 > 0.0 && std::isfinite(rho2), "SelfNormalisedRegion::assign: rho2", std::to_string(rho2),
-          "a positive number");
+  require(delta > 0.0 && delta < 1.0, [&] {
+    return ErrorDetail{"SelfNormalisedRegion::assign: delta", std::to_string(delta),
+                       "a number between 0 and 1"};
+  });
+  require(rho2 > 0.0 && std::isfinite(rho2), [&] {
+    return ErrorDetail{"SelfNormalisedRegion::assign: rho2", std::to_string(rho2), "a positive number"};
+  });
   delta_ = delta;
   rho2_ = rho2;
   dimension_ = residuals.dimension;
@@ -143,8 +146,10 @@ TRAMMEL_INLINE bool SelfNormalisedRegion::channel_contains(int channel,
 }
 
 TRAMMEL_INLINE bool SelfNormalisedRegion::contains(const Eigen::Ref<const Eigen::VectorXd>& p) const {
-  require(p.size() == dimension_, "SelfNormalisedRegion::contains: p", std::to_string(p.size()) + " numbers",
-          std::to_string(dimension_));
+  require(p.size() == dimension_, [&] {
+    return ErrorDetail{"SelfNormalisedRegion::contains: p", std::to_string(p.size()) + " numbers",
+                       std::to_string(dimension_)};
+  });
   for (int channel = 0; channel < channels(); ++channel) {
     if (!channel_contains(channel, p)) {
       return false;
@@ -204,10 +209,11 @@ TRAMMEL_INLINE void SelfNormalisedRegion::channel_section(int channel,
 TRAMMEL_INLINE void SelfNormalisedRegion::section(const Eigen::Ref<const Eigen::VectorXd>& p,
                                                   const Eigen::Ref<const Eigen::VectorXd>& direction,
                                                   IntervalList& out) const {
-  require(p.size() == dimension_ && direction.size() == dimension_,
-          "SelfNormalisedRegion::section: p or direction",
-          std::to_string(p.size()) + " and " + std::to_string(direction.size()) + " numbers",
-          std::to_string(dimension_) + " each");
+  require(p.size() == dimension_ && direction.size() == dimension_, [&] {
+    return ErrorDetail{"SelfNormalisedRegion::section: p or direction",
+                       std::to_string(p.size()) + " and " + std::to_string(direction.size()) + " numbers",
+                       std::to_string(dimension_) + " each"};
+  });
   IntervalList part;
   for (int channel = 0; channel < channels(); ++channel) {
     channel_section(channel, p, direction, part);

@@ -23,10 +23,14 @@ TRAMMEL_INLINE int excluded_for_joint_level(double level, int members) {
 
 TRAMMEL_INLINE void SpsRegion::assign(const ProbedResiduals& residuals, const BinaryStrings& signs,
                                       std::span<const char> after_reference, int excluded) {
-  require(excluded >= 1 && excluded <= signs.count(), "SpsRegion::assign: excluded (q)",
-          std::to_string(excluded), "1 to m - 1 = " + std::to_string(signs.count()));
-  require(static_cast<int>(after_reference.size()) == signs.count(), "SpsRegion::assign: after_reference",
-          std::to_string(after_reference.size()), "one flag per string, " + std::to_string(signs.count()));
+  require(excluded >= 1 && excluded <= signs.count(), [&] {
+    return ErrorDetail{"SpsRegion::assign: excluded (q)", std::to_string(excluded),
+                       "1 to m - 1 = " + std::to_string(signs.count())};
+  });
+  require(static_cast<int>(after_reference.size()) == signs.count(), [&] {
+    return ErrorDetail{"SpsRegion::assign: after_reference", std::to_string(after_reference.size()),
+                       "one flag per string, " + std::to_string(signs.count())};
+  });
   strings_ = signs.count();
   channels_ = residuals.channels;
   dimension_ = residuals.dimension;
@@ -74,17 +78,21 @@ TRAMMEL_INLINE int SpsRegion::count_greater(const Eigen::Ref<const Eigen::Vector
 }
 
 TRAMMEL_INLINE bool SpsRegion::contains(const Eigen::Ref<const Eigen::VectorXd>& p) const {
-  require(p.size() == dimension_, "SpsRegion::contains: p", std::to_string(p.size()) + " numbers",
-          std::to_string(dimension_));
+  require(p.size() == dimension_, [&] {
+    return ErrorDetail{"SpsRegion::contains: p", std::to_string(p.size()) + " numbers",
+                       std::to_string(dimension_)};
+  });
   return count_greater(p) >= excluded_;
 }
 
 TRAMMEL_INLINE void SpsRegion::section(const Eigen::Ref<const Eigen::VectorXd>& p,
                                        const Eigen::Ref<const Eigen::VectorXd>& direction,
                                        IntervalList& out) const {
-  require(p.size() == dimension_ && direction.size() == dimension_, "SpsRegion::section: p or direction",
-          std::to_string(p.size()) + " and " + std::to_string(direction.size()) + " numbers",
-          std::to_string(dimension_) + " each");
+  require(p.size() == dimension_ && direction.size() == dimension_, [&] {
+    return ErrorDetail{"SpsRegion::section: p or direction",
+                       std::to_string(p.size()) + " and " + std::to_string(direction.size()) + " numbers",
+                       std::to_string(dimension_) + " each"};
+  });
   CountSweep sweep;
   int at_start = 0;
   for (int j = 0; j < strings_; ++j) {
@@ -189,9 +197,11 @@ TRAMMEL_INLINE void SpsRegion::affine_sum(int j, Eigen::VectorXd& constant, Eige
 TRAMMEL_INLINE EllipsoidRegion::EllipsoidRegion(Eigen::VectorXd centre, Eigen::MatrixXd matrix, double gamma,
                                                 double level)
     : centre_(std::move(centre)), matrix_(std::move(matrix)), gamma_(gamma), level_(level) {
-  require(matrix_.rows() == centre_.size() && matrix_.cols() == centre_.size(), "EllipsoidRegion: matrix",
-          std::to_string(matrix_.rows()) + " x " + std::to_string(matrix_.cols()),
-          "square, of the size of the centre");
+  require(matrix_.rows() == centre_.size() && matrix_.cols() == centre_.size(), [&] {
+    return ErrorDetail{"EllipsoidRegion: matrix",
+                       std::to_string(matrix_.rows()) + " x " + std::to_string(matrix_.cols()),
+                       "square, of the size of the centre"};
+  });
 }
 
 TRAMMEL_INLINE Eigen::VectorXd EllipsoidRegion::half_widths() const {
@@ -213,18 +223,21 @@ TRAMMEL_INLINE double EllipsoidRegion::volume() const {
 }
 
 TRAMMEL_INLINE bool EllipsoidRegion::contains(const Eigen::Ref<const Eigen::VectorXd>& p) const {
-  require(p.size() == dimension(), "EllipsoidRegion::contains: p", std::to_string(p.size()) + " numbers",
-          std::to_string(dimension()));
+  require(p.size() == dimension(), [&] {
+    return ErrorDetail{"EllipsoidRegion::contains: p", std::to_string(p.size()) + " numbers",
+                       std::to_string(dimension())};
+  });
   return std::isinf(gamma_) || (matrix_ * (p - centre_)).squaredNorm() <= gamma_;
 }
 
 TRAMMEL_INLINE void EllipsoidRegion::section(const Eigen::Ref<const Eigen::VectorXd>& p,
                                              const Eigen::Ref<const Eigen::VectorXd>& direction,
                                              IntervalList& out) const {
-  require(p.size() == dimension() && direction.size() == dimension(),
-          "EllipsoidRegion::section: p or direction",
-          std::to_string(p.size()) + " and " + std::to_string(direction.size()) + " numbers",
-          std::to_string(dimension()) + " each");
+  require(p.size() == dimension() && direction.size() == dimension(), [&] {
+    return ErrorDetail{"EllipsoidRegion::section: p or direction",
+                       std::to_string(p.size()) + " and " + std::to_string(direction.size()) + " numbers",
+                       std::to_string(dimension()) + " each"};
+  });
   out.clear();
   if (std::isinf(gamma_)) {
     out.push_back({});
@@ -307,8 +320,10 @@ TRAMMEL_INLINE double largest_square(const Eigen::MatrixXd& quadratic, const Eig
 
 TRAMMEL_INLINE EllipsoidRegion outer_ellipsoid(const SpsRegion& region) {
   const auto d = region.dimension();
-  require(region.channels() == d, "outer_ellipsoid: region", std::to_string(region.channels()) + " channels",
-          "as many as parameters, " + std::to_string(d));
+  require(region.channels() == d, [&] {
+    return ErrorDetail{"outer_ellipsoid: region", std::to_string(region.channels()) + " channels",
+                       "as many as parameters, " + std::to_string(d)};
+  });
   const InstrumentalEstimate estimate = region.estimate();
   const double level = region.guarantee().level;
   if (!std::isfinite(estimate.condition)) {

@@ -24,8 +24,10 @@ class BinaryStrings {
 
   /// Sets the size; all bits zero. Does not allocate if there is room.
   void resize(int count, int length) {
-    require(count >= 1 && length >= 1, "BinaryStrings::resize: size",
-            std::to_string(count) + " x " + std::to_string(length), "at least 1 x 1");
+    require(count >= 1 && length >= 1, [&] {
+      return ErrorDetail{"BinaryStrings::resize: size",
+                         std::to_string(count) + " x " + std::to_string(length), "at least 1 x 1"};
+    });
     count_ = count;
     length_ = length;
     words_ = (length + kWordBits - 1) / kWordBits;
@@ -80,9 +82,12 @@ void draw_strings(Generator& random, BinaryStrings& strings) {
 /// Error if there are fewer than count + 1 different strings.
 template <class Generator>
 void draw_distinct_strings(Generator& random, BinaryStrings& strings) {
-  require(strings.length() >= 31 || (std::int64_t{1} << strings.length()) > strings.count(), "strings",
-          std::to_string(strings.count() + 1) + " strings of " + std::to_string(strings.length()) + " bits",
-          "at most 2^length strings: use fewer strings or more probes");
+  require(strings.length() >= 31 || (std::int64_t{1} << strings.length()) > strings.count(), [&] {
+    return ErrorDetail{
+        "strings",
+        std::to_string(strings.count() + 1) + " strings of " + std::to_string(strings.length()) + " bits",
+        "at most 2^length strings: use fewer strings or more probes"};
+  });
   for (int j = 0; j < strings.count(); ++j) {
     do {
       for (std::uint64_t& word : strings.row(j)) {

@@ -83,8 +83,10 @@ void subset_sums_of_width(const BinaryStrings& strings, SubsetSumWork& work, Row
 
 TRAMMEL_INLINE void subset_sums(const BinaryStrings& strings, const RowMatrix& values, SubsetSumWork& work,
                                 RowMatrix& sums) {
-  require(values.rows() == strings.length(), "subset_sums: values", std::to_string(values.rows()) + " rows",
-          "as many as bits in a string, " + std::to_string(strings.length()));
+  require(values.rows() == strings.length(), [&] {
+    return ErrorDetail{"subset_sums: values", std::to_string(values.rows()) + " rows",
+                       "as many as bits in a string, " + std::to_string(strings.length())};
+  });
   using detail::kColumnMultiple;
   const Eigen::Index width = (values.cols() + kColumnMultiple - 1) / kColumnMultiple * kColumnMultiple;
   work.padded.setZero(values.rows(), width);

@@ -100,9 +100,12 @@ template <ConfidenceRegion Region>
                                    const Eigen::VectorXd& direction, const SupportSettings& settings = {}) {
   trammel::validate(settings, "support: settings");
   const Eigen::Index d = region.dimension();
-  require(direction.size() == d && frame.origin.size() == d, "support: direction or frame",
-          std::to_string(direction.size()) + " and " + std::to_string(frame.origin.size()) + " numbers",
-          std::to_string(d) + " each");
+  require(direction.size() == d && frame.origin.size() == d, [&] {
+    return ErrorDetail{
+        "support: direction or frame",
+        std::to_string(direction.size()) + " and " + std::to_string(frame.origin.size()) + " numbers",
+        std::to_string(d) + " each"};
+  });
   const Eigen::VectorXd weights = frame.basis.transpose() * direction;
   const double offset = direction.dot(frame.origin);
   const auto bound_of = [&](const detail::SearchBox& box) {
@@ -174,9 +177,12 @@ template <ConfidenceRegion Region>
 template <ConfidenceRegion Region>
 [[nodiscard]] PlanarRegion outer_polygon(const Region& region, const SearchFrame& frame, int sides = 32,
                                          const SupportSettings& settings = {}) {
-  require(region.dimension() == 2, "outer_polygon: region",
-          std::to_string(region.dimension()) + " parameters", "2");
-  require(sides >= 3, "outer_polygon: sides", std::to_string(sides), "at least 3");
+  require(region.dimension() == 2, [&] {
+    return ErrorDetail{"outer_polygon: region", std::to_string(region.dimension()) + " parameters", "2"};
+  });
+  require(sides >= 3, [&] {
+    return ErrorDetail{"outer_polygon: sides", std::to_string(sides), "at least 3"};
+  });
   PlanarRegion out;
   out.lower.setConstant(detail::kInfinity);
   out.upper.setConstant(-detail::kInfinity);
@@ -189,9 +195,10 @@ template <ConfidenceRegion Region>
     const double angle = 2.0 * std::numbers::pi * k / sides;
     const Eigen::Vector2d normal(std::cos(angle), std::sin(angle));  // in z
     // direction . p with basis' direction = normal
-    const Eigen::Vector2d direction = Eigen::Vector2d(basis(1, 1) * normal(0) - basis(1, 0) * normal(1),
-                                                      basis(0, 0) * normal(1) - basis(0, 1) * normal(0)) /
-                                      basis.determinant();
+    Eigen::VectorXd direction(2);
+    direction << basis(1, 1) * normal(0) - basis(1, 0) * normal(1),
+        basis(0, 0) * normal(1) - basis(0, 1) * normal(0);
+    direction /= basis.determinant();
     const SupportBound bound = support(region, frame, direction, settings);
     if (bound.value == -detail::kInfinity) {
       out.first_vertex.push_back(0);
@@ -204,7 +211,7 @@ template <ConfidenceRegion Region>
       out.upper.setConstant(detail::kInfinity);
       return out;
     }
-    const double limit = bound.value - direction.dot(origin);
+    const double limit = bound.value - direction.dot(frame.origin);
     clipped.clear();
     for (std::size_t v = 0; v < polygon.size(); ++v) {
       const Eigen::Vector2d& here = polygon[v];

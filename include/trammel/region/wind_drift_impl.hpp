@@ -57,28 +57,37 @@ class FlightState {
 TRAMMEL_INLINE void require_draws(const WindFlight& flight, const WindDraws& draws) {
   require(draws.theta_rad.size() >= flight.max_steps && draws.noise_m.size() >= flight.max_steps &&
               draws.sign.size() >= flight.max_steps,
-          "draws", std::to_string(draws.noise_m.size()) + " steps",
-          "at least max_steps, " + std::to_string(flight.max_steps));
+          [&] {
+            return ErrorDetail{"draws", std::to_string(draws.noise_m.size()) + " steps",
+                               "at least max_steps, " + std::to_string(flight.max_steps)};
+          });
 }
 
 }  // namespace detail
 
 TRAMMEL_INLINE void validate(const WindFlight& flight) {
   const auto positive = [](double value, const char* name) {
-    require(value > 0.0 && std::isfinite(value), std::string("WindFlight.") + name, std::to_string(value),
-            "a positive number");
+    require(value > 0.0 && std::isfinite(value), [&] {
+      return ErrorDetail{std::string("WindFlight.") + name, std::to_string(value), "a positive number"};
+    });
   };
   positive(flight.airspeed_mps, "airspeed_mps");
   positive(flight.interval_s, "interval_s");
-  require(flight.wind_speed_mps >= 0.0 && flight.wind_speed_mps < flight.airspeed_mps,
-          "WindFlight.wind_speed_mps", std::to_string(flight.wind_speed_mps), "0 to below the airspeed");
+  require(flight.wind_speed_mps >= 0.0 && flight.wind_speed_mps < flight.airspeed_mps, [&] {
+    return ErrorDetail{"WindFlight.wind_speed_mps", std::to_string(flight.wind_speed_mps),
+                       "0 to below the airspeed"};
+  });
   require(std::isfinite(flight.target_x_m) && std::isfinite(flight.target_y_m) &&
               std::hypot(flight.target_x_m, flight.target_y_m) > 0.0,
           "WindFlight.target", "the starting point or a value that is not finite", "another point");
   require(std::isfinite(flight.first_wind_rad), "WindFlight.first_wind_rad", "not finite", "a finite number");
-  require(flight.wind_step_rad >= 0.0 && std::isfinite(flight.wind_step_rad), "WindFlight.wind_step_rad",
-          std::to_string(flight.wind_step_rad), "a number, at least 0");
-  require(flight.max_steps >= 1, "WindFlight.max_steps", std::to_string(flight.max_steps), "at least 1");
+  require(flight.wind_step_rad >= 0.0 && std::isfinite(flight.wind_step_rad), [&] {
+    return ErrorDetail{"WindFlight.wind_step_rad", std::to_string(flight.wind_step_rad),
+                       "a number, at least 0"};
+  });
+  require(flight.max_steps >= 1, [&] {
+    return ErrorDetail{"WindFlight.max_steps", std::to_string(flight.max_steps), "at least 1"};
+  });
 }
 
 TRAMMEL_INLINE WindResult fly_as_printed(const WindFlight& flight, const PrintedCorrection& correction,
@@ -124,9 +133,10 @@ TRAMMEL_INLINE WindResult fly_with_dwell(const WindFlight& flight, const DwellCo
                                          const WindDraws& draws, std::vector<WindStep>* path) {
   validate(flight);
   detail::require_draws(flight, draws);
-  require(correction.dwell_change_s > 0.0 && correction.dwell_change_s < flight.interval_s,
-          "DwellCorrection.dwell_change_s", std::to_string(correction.dwell_change_s),
-          "between 0 and the interval");
+  require(correction.dwell_change_s > 0.0 && correction.dwell_change_s < flight.interval_s, [&] {
+    return ErrorDetail{"DwellCorrection.dwell_change_s", std::to_string(correction.dwell_change_s),
+                       "between 0 and the interval"};
+  });
   const double a = flight.airspeed_mps;
   const double b = flight.wind_speed_mps;
   // Variance of the change of d in one step, for a uniform wind step.
