@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 
 #include "trammel/core/config.hpp"
@@ -40,6 +41,16 @@ class Error : public std::runtime_error {
 
   ErrorDetail detail_;
 };
+
+/// Throws Error(describe()) unless `holds`; `describe` returns an ErrorDetail. For places that run often: no
+/// text is built while all is well.
+template <class Describe>
+requires std::is_invocable_r_v<ErrorDetail, Describe>
+void require(bool holds, Describe&& describe) {
+  if (!holds) {
+    throw Error(std::forward<Describe>(describe)());
+  }
+}
 
 /// Throws Error unless `holds`. The texts are only built on failure when passed as string literals.
 inline void require(bool holds, std::string_view where, std::string_view found, std::string_view expected) {

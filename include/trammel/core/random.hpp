@@ -64,6 +64,9 @@ class RandomStream {
   /// Uniform on [0, 1), 53 random bits.
   constexpr double uniform() noexcept { return static_cast<double>((*this)() >> 11U) * 0x1p-53; }
 
+  /// +1 or -1 with equal probability.
+  constexpr double sign() noexcept { return ((*this)() >> 63U) != 0 ? 1.0 : -1.0; }
+
   /// Standard normal (Box-Muller, both values used).
   double normal() noexcept {
     if (has_spare_) {
@@ -85,6 +88,41 @@ class RandomStream {
   bool half_used_ = false;
   bool has_spare_ = false;
   double spare_ = 0.0;
+};
+
+/// SplitMix64 (Steele, Lea, Flood 2014, "Fast splittable pseudorandom number generators", figure 15): a
+/// sequential generator of a 64-bit state. For work that runs in parallel use RandomStream; this one
+/// reproduces data that were drawn in sequence.
+class SplitMix64 {
+ public:
+  using result_type = std::uint64_t;
+
+  explicit constexpr SplitMix64(std::uint64_t seed) noexcept : state_(seed) {}
+
+  [[nodiscard]] static constexpr result_type min() noexcept { return 0; }
+  [[nodiscard]] static constexpr result_type max() noexcept { return ~result_type{0}; }
+
+  /// Next 64 random bits.
+  constexpr result_type operator()() noexcept {
+    constexpr std::uint64_t kIncrement = 0x9E3779B97F4A7C15U;  // golden ratio, odd
+    constexpr std::uint64_t kMultiplier1 = 0xBF58476D1CE4E5B9U;
+    constexpr std::uint64_t kMultiplier2 = 0x94D049BB133111EBU;
+    state_ += kIncrement;
+    std::uint64_t z = state_;
+    z = (z ^ (z >> 30U)) * kMultiplier1;
+    z = (z ^ (z >> 27U)) * kMultiplier2;
+    return z ^ (z >> 31U);
+  }
+
+  /// Uniform on [0, 1), 53 random bits.
+  constexpr double uniform() noexcept { return static_cast<double>((*this)() >> 11U) * 0x1p-53; }
+  /// The top bit of the next number.
+  constexpr bool bit() noexcept { return ((*this)() >> 63U) != 0; }
+  /// +1 where the top bit of the next number is set, -1 otherwise.
+  constexpr double sign() noexcept { return bit() ? 1.0 : -1.0; }
+
+ private:
+  std::uint64_t state_;
 };
 
 }  // namespace trammel::inline TRAMMEL_ABI
