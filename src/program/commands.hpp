@@ -27,8 +27,9 @@ using AddCommand = void (*)(CLI::App& app, Action& action);
 void add_estimate(CLI::App& app, Action& action);
 void add_design(CLI::App& app, Action& action);
 void add_simulate(CLI::App& app, Action& action);
+void add_convert(CLI::App& app, Action& action);
 
 /// All sub-commands in the order of `trammel --help`.
-inline const std::vector<AddCommand> kCommands{add_estimate, add_design, add_simulate};
+inline const std::vector<AddCommand> kCommands{add_estimate, add_design, add_simulate, add_convert};
 
 }  // namespace trammel::program
