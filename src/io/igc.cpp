@@ -24,6 +24,8 @@ struct Extension {
   std::size_t length = 0;
 };
 
+std::size_t end_of(const Extension& extension) { return extension.first + extension.length; }
+
 class IgcReader {
  public:
   IgcReader(std::string_view text, const std::string& name) : rest_(text), name_(name) {}
@@ -180,6 +182,11 @@ class IgcReader {
   void read_fix() {
     if (!has_date_) {
       fail("B record", line_.substr(0, 7), "a header with the date (HFDTE) before the first fix");
+    }
+    const std::size_t length =
+        std::max({kFixLength, end_of(latitude_digits_), end_of(longitude_digits_), end_of(second_digits_)});
+    if (line_.size() < length) {
+      fail("B record", line_, "at least " + std::to_string(length) + " characters");
     }
     const int hour = digits(line_, 1, 2, "time");
     const int minute = digits(line_, 3, 2, "time");

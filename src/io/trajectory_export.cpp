@@ -43,20 +43,9 @@ std::vector<double> row_of(const TrajectoryTable& trajectory, std::size_t i) {
   return row;
 }
 
-/// A place in the units of map formats.
-struct Degrees {
-  double latitude_deg;
-  double longitude_deg;
-  double height_m;
-};
-
-Degrees to_degrees(const Geodetic& place) {
-  return {place.latitude_rad / kRadiansPerDegree, place.longitude_rad / kRadiansPerDegree, place.height_m};
-}
-
-std::vector<Degrees> places(const TrajectoryTable& trajectory, const Geodetic& origin) {
+std::vector<PlaceDegrees> places(const TrajectoryTable& trajectory, const Geodetic& origin) {
   const LocalFrame frame(origin);
-  std::vector<Degrees> all;
+  std::vector<PlaceDegrees> all;
   for (const Eigen::Vector3d& p : trajectory.positions_m) {
     all.push_back(to_degrees(frame.geodetic_from_local(p)));
   }
@@ -65,13 +54,6 @@ std::vector<Degrees> places(const TrajectoryTable& trajectory, const Geodetic& o
 
 std::string stamp(const ExportSettings& settings, double t_s) {
   return format_epoch(advance(settings.epoch, t_s, TimeScale::kUtc));
-}
-
-/// "latitude 50 deg, longitude 30 deg, height 200 m above the WGS84 ellipsoid".
-std::string place_text(const Geodetic& place) {
-  const Degrees degrees = to_degrees(place);
-  return "latitude " + shortest(degrees.latitude_deg) + " deg, longitude " + shortest(degrees.longitude_deg) +
-         " deg, height " + shortest(degrees.height_m) + " m above the WGS84 ellipsoid";
 }
 
 void require_rows(const TrajectoryTable& trajectory) {
@@ -106,6 +88,24 @@ std::string escaped(const std::string& text) {
 }
 
 }  // namespace
+
+PlaceDegrees to_degrees(const Geodetic& place) {
+  return {place.latitude_rad / kRadiansPerDegree, place.longitude_rad / kRadiansPerDegree, place.height_m};
+}
+
+PlaceDegrees origin_degrees(const Geodetic& origin) {
+  constexpr double kStep = 1e12;
+  const PlaceDegrees exact = to_degrees(origin);
+  return {std::round(exact.latitude_deg * kStep) / kStep, std::round(exact.longitude_deg * kStep) / kStep,
+          exact.height_m};
+}
+
+std::string origin_text(const Geodetic& origin) {
+  const PlaceDegrees degrees = origin_degrees(origin);
+  return "WGS84 latitude " + shortest(degrees.latitude_deg) + " deg, longitude " +
+         shortest(degrees.longitude_deg) + " deg, height " + shortest(degrees.height_m) +
+         " m above the ellipsoid";
+}
 
 TrajectoryTable read_trajectory(const std::filesystem::path& file) {
   const CsvTable table = read_csv(file);
@@ -171,7 +171,7 @@ std::string format_oem(const TrajectoryTable& trajectory, const ExportSettings& 
       "COMMENT Earth-fixed WGS84 coordinates, which agree with ITRF2000 to centimetres.\n"
       "COMMENT Velocities are over ground (relative to the rotating frame).\n"
       "COMMENT Computed in east, north, up axes at " +
-      place_text(settings.origin) + ".\nCREATION_DATE = " + format_epoch(settings.creation) +
+      origin_text(settings.origin) + ".\nCREATION_DATE = " + format_epoch(settings.creation) +
       "\nORIGINATOR = " + settings.originator + "\nMETA_START\n";
   double largest = -1.0;
   for (const double value : trajectory.guaranteed_rms_m) {
@@ -212,7 +212,7 @@ std::string format_kml(const TrajectoryTable& trajectory, const ExportSettings& 
       name +
       "</name>\n<description>Altitudes are metres above mean sea level: height above the WGS84 ellipsoid "
       "minus a geoid undulation of " +
-      undulation + " m. Local frame: " + place_text(settings.origin) +
+      undulation + " m. Local frame: " + origin_text(settings.origin) +
       ".</description>\n"
       "<ExtendedData><Data name=\"geoid_undulation_m\"><value>" +
       undulation + "</value></Data></ExtendedData>\n";
@@ -225,7 +225,7 @@ std::string format_kml(const TrajectoryTable& trajectory, const ExportSettings& 
   for (const double t : trajectory.times_s) {
     text += "<when>" + stamp(settings, t) + "Z</when>\n";
   }
-  for (const Degrees& place : places(trajectory, settings.origin)) {
+  for (const PlaceDegrees& place : places(trajectory, settings.origin)) {
     text += "<gx:coord>" + shortest(place.longitude_deg) + " " + shortest(place.latitude_deg) + " " +
             shortest(place.height_m - settings.geoid_undulation_m) + "</gx:coord>\n";
   }
@@ -248,7 +248,7 @@ std::string format_czml(const TrajectoryTable& trajectory, const ExportSettings&
   const std::string interval = begin + "/" + stamp(settings, trajectory.times_s.back()) + "Z";
   const std::string epoch = format_epoch(settings.epoch) + "Z";
   Json samples = Json::array();
-  const std::vector<Degrees> all = places(trajectory, settings.origin);
+  const std::vector<PlaceDegrees> all = places(trajectory, settings.origin);
   for (std::size_t i = 0; i < all.size(); ++i) {
     samples.push_back(trajectory.times_s[i]);
     samples.push_back(all[i].longitude_deg);
@@ -269,7 +269,7 @@ std::string format_czml(const TrajectoryTable& trajectory, const ExportSettings&
   packet["id"] = settings.object_id == "UNKNOWN" ? settings.object_name : settings.object_id;
   packet["name"] = settings.object_name;
   packet["description"] =
-      "Heights are metres above the WGS84 ellipsoid. Local frame: " + place_text(settings.origin) + ".";
+      "Heights are metres above the WGS84 ellipsoid. Local frame: " + origin_text(settings.origin) + ".";
   packet["availability"] = interval;
   packet["position"] = {{"epoch", epoch},
                         {"interpolationAlgorithm", "LINEAR"},
@@ -293,7 +293,7 @@ std::string format_czml(const TrajectoryTable& trajectory, const ExportSettings&
 
 std::string format_trajectory_json(const TrajectoryTable& trajectory, const ExportSettings& settings) {
   require_rows(trajectory);
-  const Degrees origin = to_degrees(settings.origin);
+  const PlaceDegrees origin = origin_degrees(settings.origin);
   Json json;
   json["object"] = settings.object_name;
   json["epoch"] = format_epoch(settings.epoch) + "Z";
@@ -306,7 +306,7 @@ std::string format_trajectory_json(const TrajectoryTable& trajectory, const Expo
   columns.insert(columns.end(), {"latitude_deg", "longitude_deg", "height_m"});
   json["columns"] = columns;
   json["rows"] = Json::array();
-  const std::vector<Degrees> all = places(trajectory, settings.origin);
+  const std::vector<PlaceDegrees> all = places(trajectory, settings.origin);
   for (std::size_t i = 0; i < all.size(); ++i) {
     Json row = Json::array();
     for (const double value : row_of(trajectory, i)) {

@@ -26,6 +26,23 @@ struct TrajectoryTable {
 /// column.
 [[nodiscard]] TrajectoryTable read_trajectory(const std::filesystem::path& file);
 
+/// A place in the units of map formats.
+struct PlaceDegrees {
+  double latitude_deg = 0.0;
+  double longitude_deg = 0.0;
+  double height_m = 0.0;  ///< above the ellipsoid
+};
+
+/// Degrees of a place.
+[[nodiscard]] PlaceDegrees to_degrees(const Geodetic& place);
+
+/// Degrees of a frame's origin, without the rounding errors of the conversion to radians: to 1e-12 deg, less
+/// than a micrometre.
+[[nodiscard]] PlaceDegrees origin_degrees(const Geodetic& origin);
+
+/// "WGS84 latitude 50 deg, longitude 30 deg, height 200 m above the ellipsoid".
+[[nodiscard]] std::string origin_text(const Geodetic& origin);
+
 /// Where and when a trajectory is, and what files say about it.
 struct ExportSettings {
   Geodetic origin;  ///< of the local frame

@@ -114,12 +114,6 @@ Geodetic parse_origin(const std::string& text) {
   return geodetic_from_degrees(numbers[0], numbers[1], numbers[2]);
 }
 
-std::string origin_comment(const Geodetic& origin) {
-  return "origin: WGS84 latitude " + io::shortest(origin.latitude_rad / kRadiansPerDegree) +
-         " deg, longitude " + io::shortest(origin.longitude_rad / kRadiansPerDegree) + " deg, height " +
-         io::shortest(origin.height_m) + " m above the ellipsoid";
-}
-
 io::Epoch required_epoch(const ConvertOptions& options) {
   require(!options.epoch.empty(), "--epoch", "nothing", "the UTC instant of t_s = 0, as 2024-05-01T12:00:00");
   return io::parse_epoch(options.epoch, "--epoch");
@@ -272,7 +266,7 @@ Outcome igc_to_any(const ConvertOptions& options) {
   if (options.out.extension() == ".csv") {
     const std::string altitude = options.altitude == "gnss" ? "GNSS" : "pressure";
     outcome.content = io::format_trajectory_csv(
-        trajectory, {origin_comment(*outcome.origin),
+        trajectory, {"origin: " + io::origin_text(*outcome.origin),
                      "axes: x east, y north, z up; t_s = 0 at " + io::format_epoch(path.start) + " UTC",
                      "heights: " + altitude + " altitude + " + io::shortest(path.altitude_shift_m) + " m"});
   } else {
@@ -356,9 +350,10 @@ io::Json to_json(const ConvertOptions& options, const Outcome& outcome) {
   json["epoch"] = io::format_epoch(outcome.epoch) + (outcome.time_system == "UTC" ? "Z" : "");
   json["origin"] = nullptr;
   if (outcome.origin) {
-    json["origin"] = {{"latitude_deg", outcome.origin->latitude_rad / kRadiansPerDegree},
-                      {"longitude_deg", outcome.origin->longitude_rad / kRadiansPerDegree},
-                      {"height_m", outcome.origin->height_m}};
+    const io::PlaceDegrees origin = io::origin_degrees(*outcome.origin);
+    json["origin"] = {{"latitude_deg", origin.latitude_deg},
+                      {"longitude_deg", origin.longitude_deg},
+                      {"height_m", origin.height_m}};
   }
   json["stations"] = io::Json::array();
   for (const Station& station : outcome.stations) {
@@ -380,7 +375,7 @@ int run(const CLI::App& command, const ConvertOptions& options) {
   std::cout << options.out.string() << ": " << outcome.rows << " rows, t_s = 0 at "
             << io::format_epoch(outcome.epoch) << " " << outcome.time_system << "\n";
   if (outcome.origin) {
-    std::cout << origin_comment(*outcome.origin) << "\n";
+    std::cout << "origin: " + io::origin_text(*outcome.origin) << "\n";
   }
   for (const Station& station : outcome.stations) {
     std::cout << "station " << station.name << ": " << kind_name(station.kind) << "\n";
