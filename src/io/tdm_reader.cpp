@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
-#include <array>
 #include <cmath>
-#include <tuple>
 
 #include "csv.hpp"
 #include "file.hpp"
 #include "kvn.hpp"
-#include "measurement_csv.hpp"
 #include "tdm.hpp"
+#include "tdm_keywords.hpp"
+#include "tdm_sightings.hpp"
 #include "trammel/core/error.hpp"
 #include "trammel/geodesy/wgs84.hpp"
 
@@ -18,85 +16,6 @@ namespace {
 
 constexpr double kMetresPerKilometre = 1000.0;
 constexpr double kLightSpeed_kmps = 299792.458;  // exact, by the definition of the metre
-
-// Keywords of the tables 3-3 and 3-5; those ending in '_' take an index.
-constexpr std::array<std::string_view, 40> kMetadataKeywords{"TRACK_ID",
-                                                             "DATA_TYPES",
-                                                             "TIME_SYSTEM",
-                                                             "START_TIME",
-                                                             "STOP_TIME",
-                                                             "PARTICIPANT_",
-                                                             "MODE",
-                                                             "PATH",
-                                                             "PATH_",
-                                                             "EPHEMERIS_NAME_",
-                                                             "TRANSMIT_BAND",
-                                                             "RECEIVE_BAND",
-                                                             "TIMETAG_REF",
-                                                             "TURNAROUND_NUMERATOR",
-                                                             "FREQ_OFFSET",
-                                                             "TURNAROUND_DENOMINATOR",
-                                                             "INTEGRATION_REF",
-                                                             "INTEGRATION_INTERVAL",
-                                                             "RANGE_MODE",
-                                                             "RANGE_MODULUS",
-                                                             "RANGE_UNITS",
-                                                             "ANGLE_TYPE",
-                                                             "REFERENCE_FRAME",
-                                                             "INTERPOLATION",
-                                                             "DOPPLER_COUNT_BIAS",
-                                                             "INTERPOLATION_DEGREE",
-                                                             "TRANSMIT_DELAY_",
-                                                             "DOPPLER_COUNT_SCALE",
-                                                             "RECEIVE_DELAY_",
-                                                             "DOPPLER_COUNT_ROLLOVER",
-                                                             "DATA_QUALITY",
-                                                             "CORRECTION_ANGLE_",
-                                                             "CORRECTION_DOPPLER",
-                                                             "CORRECTION_RANGE",
-                                                             "CORRECTION_RECEIVE",
-                                                             "CORRECTION_TRANSMIT",
-                                                             "CORRECTION_MAG",
-                                                             "CORRECTION_RCS",
-                                                             "CORRECTIONS_APPLIED",
-                                                             "CORRECTION_ABERRATION_YEARLY"};
-constexpr std::array<std::string_view, 28> kDataKeywords{"ANGLE_",        "CARRIER_POWER",
-                                                         "CLOCK_BIAS",    "CLOCK_DRIFT",
-                                                         "DOR",           "DOPPLER_COUNT",
-                                                         "MAG",           "DOPPLER_INSTANTANEOUS",
-                                                         "PC_N0",         "DOPPLER_INTEGRATED",
-                                                         "PR_N0",         "PRESSURE",
-                                                         "RANGE",         "RCS",
-                                                         "RECEIVE_FREQ",  "RECEIVE_FREQ_",
-                                                         "RHUMIDITY",     "RECEIVE_PHASE_CT_",
-                                                         "STEC",          "TEMPERATURE",
-                                                         "TROPO_DRY",     "TRANSMIT_FREQ_",
-                                                         "TROPO_WET",     "TRANSMIT_FREQ_RATE_",
-                                                         "VLBI_DELAY",    "TRANSMIT_PHASE_CT_",
-                                                         "TRANSMIT_FREQ", "TRANSMIT_FREQ_RATE"};
-
-template <std::size_t size>
-bool is_known(std::string_view keyword, const std::array<std::string_view, size>& known) {
-  if (std::find(known.begin(), known.end(), keyword) != known.end()) {
-    return keyword.back() != '_';
-  }
-  const bool indexed = keyword.size() > 2 && keyword.back() >= '1' && keyword.back() <= '5';
-  return indexed &&
-         std::find(known.begin(), known.end(), keyword.substr(0, keyword.size() - 1)) != known.end() &&
-         keyword[keyword.size() - 2] == '_';
-}
-
-/// What one station measured at one time tag; NaN: nothing.
-struct Sighting {
-  double range_m = std::nan("");
-  double azimuth_rad = std::nan("");
-  double elevation_rad = std::nan("");
-  double range_rate_mps = std::nan("");
-  int line = 0;  ///< of the first record, for messages
-};
-
-/// Time tags in the order of time.
-using Tag = std::tuple<std::int64_t, std::int64_t, std::int64_t>;
 
 struct Metadata {
   std::map<std::string, KvnLine> entries;
@@ -119,7 +38,8 @@ class TdmReader {
     if (sightings_.empty()) {
       throw Error({name_, "no RANGE, ANGLE_1, ANGLE_2 or DOPPLER_INSTANTANEOUS", "at least one measurement"});
     }
-    return assemble();
+    assemble(sightings_, name_, settings_.reference, data_);
+    return std::move(data_);
   }
 
  private:
@@ -176,7 +96,7 @@ class TdmReader {
         --next_;
         break;
       }
-      if (!is_known(line.keyword, kMetadataKeywords) && line.keyword != "CORRECTION_ABERRATION_DIURNAL") {
+      if (!is_known(line.keyword, kTdmMetadataKeywords)) {
         throw Error(
             {where(line), "an unknown keyword of the metadata", "a keyword of CCSDS 503.0, table 3-3"});
       }
@@ -295,7 +215,7 @@ class TdmReader {
         --next_;
         break;
       }
-      if (!is_known(line.keyword, kDataKeywords)) {
+      if (!is_known(line.keyword, kTdmDataKeywords)) {
         throw Error({where(line), "an unknown keyword of the data", "a keyword of CCSDS 503.0, table 3-5"});
       }
       read_record(line);
@@ -399,84 +319,6 @@ class TdmReader {
     return value * kRadiansPerDegree;
   }
 
-  /// Index of the station of that name and kind in the result, added when new.
-  std::size_t station_index(const std::string& station, SensorKind kind, SensorKind main_kind) {
-    const std::string name = kind == main_kind ? station : station + ":" + std::string(describe(kind).name);
-    for (std::size_t i = 0; i < data_.stations.size(); ++i) {
-      if (data_.stations[i].name == name) {
-        return i;
-      }
-    }
-    Station added;
-    added.name = name;
-    added.kind = kind;
-    data_.stations.push_back(std::move(added));
-    return data_.stations.size() - 1;
-  }
-
-  using Parts = std::vector<std::pair<SensorKind, Eigen::VectorXd>>;
-
-  /// A sighting as measurements of the kinds there are.
-  [[nodiscard]] Parts parts_of(const Sighting& sighting, const std::string& station) const {
-    const bool azimuth = !std::isnan(sighting.azimuth_rad);
-    const bool range = !std::isnan(sighting.range_m);
-    if (azimuth != !std::isnan(sighting.elevation_rad)) {
-      throw Error({name_ + ":" + std::to_string(sighting.line),
-                   std::string("only ANGLE_") + (azimuth ? "1" : "2") + " of '" + station + "' at this time",
-                   "both angles"});
-    }
-    Parts parts;
-    if (azimuth && range) {
-      parts.emplace_back(SensorKind::kAzimuthElevationRange,
-                         Eigen::Vector3d(sighting.azimuth_rad, sighting.elevation_rad, sighting.range_m));
-    } else if (azimuth) {
-      parts.emplace_back(SensorKind::kAzimuthElevation,
-                         Eigen::Vector2d(sighting.azimuth_rad, sighting.elevation_rad));
-    } else if (range) {
-      parts.emplace_back(SensorKind::kRange, Eigen::VectorXd::Constant(1, sighting.range_m));
-    }
-    if (!std::isnan(sighting.range_rate_mps)) {
-      parts.emplace_back(SensorKind::kRangeRate, Eigen::VectorXd::Constant(1, sighting.range_rate_mps));
-    }
-    return parts;
-  }
-
-  TrackingData assemble() {
-    const TimeScale scale = time_scale(data_.time_system);
-    Tag first = sightings_.begin()->second.begin()->first;
-    for (const auto& [station, tags] : sightings_) {
-      first = std::min(first, tags.begin()->first);
-    }
-    const auto epoch_of = [](const Tag& tag) {
-      return Epoch{std::get<0>(tag), std::get<1>(tag), std::get<2>(tag)};
-    };
-    data_.reference = settings_.reference.value_or(epoch_of(first));
-    constexpr std::array<SensorKind, 4> kFullestFirst{SensorKind::kAzimuthElevationRange,
-                                                      SensorKind::kAzimuthElevation, SensorKind::kRange,
-                                                      SensorKind::kRangeRate};
-    for (const auto& [station, tags] : sightings_) {
-      std::vector<std::pair<double, Parts>> timed;
-      std::size_t fullest = kFullestFirst.size();
-      for (const auto& [tag, sighting] : tags) {
-        timed.emplace_back(seconds_between(data_.reference, epoch_of(tag), scale),
-                           parts_of(sighting, station));
-        for (const auto& [kind, value] : timed.back().second) {
-          const auto rank = std::find(kFullestFirst.begin(), kFullestFirst.end(), kind);
-          fullest = std::min(fullest, static_cast<std::size_t>(rank - kFullestFirst.begin()));
-        }
-      }
-      for (const auto& [t_s, parts] : timed) {
-        for (const auto& [kind, value] : parts) {
-          data_.measurements.push_back(
-              {t_s, station_index(station, kind, kFullestFirst[fullest]), value, std::nullopt});
-        }
-      }
-    }
-    std::stable_sort(data_.measurements.begin(), data_.measurements.end(),
-                     [](const Measurement& a, const Measurement& b) { return a.t_s < b.t_s; });
-    return std::move(data_);
-  }
-
   std::vector<KvnLine> lines_;
   std::string name_;
   TdmSettings settings_;
@@ -484,14 +326,10 @@ class TdmReader {
   bool has_segment_ = false;
   Metadata metadata_;
   TrackingData data_{{}, {}, {}, "", "", {}};
-  std::map<std::string, std::map<Tag, Sighting>> sightings_;
+  Sightings sightings_;
 };
 
 }  // namespace
-
-TimeScale time_scale(std::string_view time_system) {
-  return time_system == "UTC" ? TimeScale::kUtc : TimeScale::kUniform;
-}
 
 TrackingData parse_tdm(std::string_view text, const std::string& name, const TdmSettings& settings) {
   return TdmReader(text, name, settings).read();

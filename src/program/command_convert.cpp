@@ -2,6 +2,7 @@
 // trammel convert: measurements and trajectories from one file format to another.
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <limits>
@@ -366,6 +367,10 @@ io::Json to_json(const ConvertOptions& options, const Outcome& outcome) {
 int run(const CLI::App& command, const ConvertOptions& options) {
   const Conversion& conversion = find_conversion(options);
   require_used(command, conversion);
+  constexpr double kLargestUndulation_m = 150.0;  // those of the Earth are within -107 and 86 m
+  if (!(std::abs(options.geoid_undulation_m) <= kLargestUndulation_m)) {
+    throw Error({"--geoid-undulation", io::shortest(options.geoid_undulation_m), "metres from -150 to 150"});
+  }
   const Outcome outcome = conversion.run(options);
   io::write_atomically(options.out, outcome.content);
   if (options.json) {
