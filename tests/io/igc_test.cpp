@@ -98,6 +98,19 @@ TEST(Igc, AltitudesAreChosenAndShifted) {
   EXPECT_LT((shifted.positions_m[0] - Eigen::Vector3d(0, 0, 1319.5)).norm(), 1e-8);
 }
 
+TEST(Igc, TimesGoOnOverMidnights) {
+  std::string log = "HFDTE281299\n";
+  for (const char* time : {"235959", "000000", "235959", "000001", "120000", "235959", "000002"}) {
+    log += "B" + std::string(time) + "3331240S07044900WA0126501315\n";
+  }
+  std::vector<double> times;
+  for (const IgcFix& fix : parse_igc(log, "a.igc").fixes) {
+    times.push_back(fix.t_s);
+  }
+  // The third fix came late, from before midnight; the last one is two days after the first.
+  EXPECT_EQ(times, (std::vector<double>{86399, 86400, 86399, 86401, 129600, 172799, 172802}));
+}
+
 TEST(Igc, DatesOfBothFormsAndCenturies) {
   const std::string log = kLog;
   EXPECT_EQ(format_epoch(parse_igc(replaced(log, "HFDTEDATE:311222,01", "HFDTE010299"), "a").date),
