@@ -3,8 +3,8 @@
 
 # Build and libraries of the program.
 packages_build="cmake ninja-build g++ pkg-config libeigen3-dev libcli11-dev nlohmann-json3-dev libtomlplusplus-dev libssl-dev"
-# Tests: GoogleTest, automatic differentiation (Ceres), property tests, exact arithmetic; xz and zip are not needed.
-packages_test="libgtest-dev libgmock-dev libceres-dev librapidcheck-dev"
+# Tests: GoogleTest, automatic differentiation (Ceres), property tests, reference geodesy, independent readers.
+packages_test="libgtest-dev libgmock-dev libceres-dev librapidcheck-dev libgeographiclib-dev python3"
 # The browser that looks at the report page; tests that need it are skipped where it cannot be installed.
 packages_browser="chromium"
 

@@ -2,12 +2,11 @@
 #include "measurement_wide.hpp"
 
 #include <algorithm>
-#include <array>
 #include <map>
 #include <optional>
 
-#include "measurement_csv.hpp"
 #include "trammel/core/error.hpp"
+#include "trammel/sensor/kind.hpp"
 
 namespace trammel::io {
 
@@ -33,14 +32,6 @@ std::vector<std::string> component_columns(SensorKind kind) {
   }
   return {};
 }
-
-constexpr std::array<SensorKind, 7> kKinds{SensorKind::kDirectionCosinesRange,
-                                           SensorKind::kAzimuthElevationRange,
-                                           SensorKind::kRange,
-                                           SensorKind::kDirectionCosines,
-                                           SensorKind::kAzimuthElevation,
-                                           SensorKind::kRangeRate,
-                                           SensorKind::kPosition};
 
 /// A station's part of the header: its components and their columns.
 struct StationColumns {
@@ -121,12 +112,12 @@ std::vector<Station> wide_form_stations(const CsvTable& table) {
   std::vector<Station> stations;
   for (const StationColumns& header : split_header(table)) {
     std::optional<SensorKind> kind;
-    for (const SensorKind candidate : kKinds) {
-      const std::vector<std::string> names = component_columns(candidate);
+    for (const SensorText& candidate : kSensorTable) {
+      const std::vector<std::string> names = component_columns(candidate.kind);
       const bool same = names.size() == header.column.size() &&
                         std::all_of(names.begin(), names.end(),
                                     [&](const std::string& name) { return header.column.count(name) > 0; });
-      kind = same ? std::optional(candidate) : kind;
+      kind = same ? std::optional(candidate.kind) : kind;
     }
     if (!kind) {
       throw Error({table.file + ": columns of station '" + header.station + "'", joined(names_of(header)),

@@ -5,8 +5,8 @@
 #include <array>
 #include <utility>
 
-#include "measurement_csv.hpp"
 #include "trammel/core/error.hpp"
+#include "trammel/sensor/kind.hpp"
 
 namespace trammel::io {
 

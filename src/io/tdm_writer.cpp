@@ -2,10 +2,10 @@
 #include <algorithm>
 
 #include "csv.hpp"
-#include "measurement_csv.hpp"
 #include "tdm.hpp"
 #include "trammel/core/error.hpp"
 #include "trammel/geodesy/wgs84.hpp"
+#include "trammel/sensor/kind.hpp"
 
 namespace trammel::io {
 

@@ -92,10 +92,7 @@ struct Outcome {
   std::vector<std::string> notes;
 };
 
-std::string kind_name(SensorKind kind) {
-  using namespace io;
-  return std::string(describe(kind).name);
-}
+std::string kind_name(SensorKind kind) { return std::string(describe(kind).name); }
 
 /// "LATITUDE,LONGITUDE[,HEIGHT]" in degrees and metres.
 Geodetic parse_origin(const std::string& text) {
@@ -122,26 +119,20 @@ io::Epoch required_epoch(const ConvertOptions& options) {
 
 /// Stations of a table in long form from "NAME=KIND" texts.
 std::vector<Station> parse_kinds(const std::vector<std::string>& texts) {
-  constexpr int kKinds = 7;
   std::vector<Station> stations;
   for (const std::string& text : texts) {
     const auto equals = text.rfind('=');
-    Station station;
-    station.name = text.substr(0, equals);
-    std::string names;
-    bool found = false;
-    for (int i = 0; i < kKinds; ++i) {
-      const auto kind = static_cast<SensorKind>(i);
-      const std::string name = kind_name(kind);
-      if (equals != std::string::npos && text.substr(equals + 1) == name) {
-        station.kind = kind;
-        found = true;
+    const auto kind = equals == std::string::npos ? std::nullopt : find_sensor_kind(text.substr(equals + 1));
+    if (!kind || equals == 0) {
+      std::string names;
+      for (const SensorText& known : kSensorTable) {
+        names += (names.empty() ? "" : ", ") + std::string(known.name);
       }
-      names += (names.empty() ? "" : ", ") + name;
-    }
-    if (!found || station.name.empty()) {
       throw Error({"--kind", "'" + text + "'", "STATION=KIND with one of " + names});
     }
+    Station station;
+    station.name = text.substr(0, equals);
+    station.kind = *kind;
     stations.push_back(std::move(station));
   }
   return stations;
