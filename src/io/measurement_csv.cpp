@@ -5,6 +5,7 @@
 #include <array>
 
 #include "csv.hpp"
+#include "measurement_wide.hpp"
 #include "trammel/core/error.hpp"
 #include "trammel/problem/noise.hpp"
 
@@ -129,6 +130,14 @@ void require_within_knots(double t_s, const std::vector<double>& knots_s, const 
 
 std::vector<Measurement> read_measurements(const std::filesystem::path& file, const Scenario& scenario) {
   const CsvTable table = read_csv(file);
+  if (is_wide_form(table)) {
+    const std::size_t t_column = table.column("t_s");
+    for (std::size_t row = 0; row < table.rows.size(); ++row) {
+      require_within_knots(table.number(row, t_column), scenario.knots_s,
+                           table.where(row) + ": column 't_s'");
+    }
+    return read_wide_form(table, scenario.stations);
+  }
   const MeasurementColumns columns = find_columns(table);
   if (table.rows.empty()) {
     throw Error({table.file, "a header and no rows", "at least one measurement"});

@@ -16,7 +16,9 @@ namespace trammel::io {
 
 /// Reads measurements in long form: `t_s,station,y1[,y2[,y3]]`, one row each, in any order. A row may carry
 /// its own covariance in the columns c11,c12,c13,c22,c23,c33 (upper triangle; as many as its kind needs, all
-/// or none). Values in the order and units of the station's kind. Throws Error naming file, line and column.
+/// or none). Values in the order and units of the station's kind. A file without a column `station` whose
+/// columns are NAME.COMPONENT is read in wide form (read_wide_form). Throws Error naming file, line and
+/// column.
 [[nodiscard]] std::vector<Measurement> read_measurements(const std::filesystem::path& file,
                                                          const Scenario& scenario);
 
