@@ -25,9 +25,8 @@ constexpr std::uint64_t kSeed = 20240611;
 Eigen::MatrixXd random_matrix(Eigen::Index rows, Eigen::Index cols, RandomStream& random, double decades) {
   Eigen::MatrixXd result(rows, cols);
   for (Eigen::Index i = 0; i < result.size(); ++i) {
-    result.data()[i] = random.uniform() < 0.1
-                           ? 0.0
-                           : random.normal() * std::pow(10.0, decades * (random.uniform() - 0.5));
+    result.data()[i] =
+        random.uniform() < 0.1 ? 0.0 : random.normal() * std::pow(10.0, decades * (random.uniform() - 0.5));
   }
   return result;
 }

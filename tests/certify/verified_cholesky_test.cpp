@@ -100,7 +100,8 @@ TEST(VerifiedCholesky, NumbersThatAreNoneAndExtremesProveNothing) {
   const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(2, 2);
   EXPECT_TRUE(positive_definite(unit, zero));
   EXPECT_FALSE(positive_definite(zero, zero));
-  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e290}) {
+  for (const double bad :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e290}) {
     for (const Eigen::Index i : {0, 1}) {
       Eigen::MatrixXd a = unit;
       a(1, i) = bad;

@@ -53,7 +53,8 @@ struct CandidatePoint {
 /// stored in binary64. With E = K J - I, J = F'F, S = C'C, H(lambda) = sum lambda_l a_l'a_l:
 ///
 ///   upper: H(lambda') - E'SE positive definite  =>  error <= |C K F'|_F^2 + sum lambda',
-///   lower: <a_l'a_l, sigma^2 L L'> <= 1  =>  error >= 2 sigma tr(Y S L) - |C Y'|_F^2 - sigma^2 |C (F L Y)'|_F^2
+///   lower: <a_l'a_l, sigma^2 L L'> <= 1  =>  error >= 2 sigma tr(Y S L) - |C Y'|_F^2 - sigma^2 |C (F L
+///   Y)'|_F^2
 ///          for any Y; Y = (I + sigma^2 L'J L)^-1 sigma L' makes it the value of the dual problem.
 ///
 /// The matrix inequality is proved after the congruence with a square basis W (L where it is square and
@@ -66,8 +67,9 @@ struct CandidatePoint {
 /// added for them and reported.
 ///
 /// Guarantee: where claim is kVerified, lower <= true value of the optimum <= upper and K itself attains
-/// upper, as statements about the stored F, C, a_l, K. Modelling errors and the bounds themselves are outside.
-/// Cost: about eleven p x p products in double-double arithmetic. Throws Error for shapes that do not fit.
+/// upper, as statements about the stored F, C, a_l, K. Modelling errors and the bounds themselves are
+/// outside. Cost: about eleven p x p products in double-double arithmetic. Throws Error for shapes that do
+/// not fit.
 [[nodiscard]] Certificate verify(const GuaranteedProblem& problem, const CandidatePoint& point);
 
 /// The same for the answer of a solver; kNone with infinite upper bound where its status is kUnbounded.

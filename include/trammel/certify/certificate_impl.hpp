@@ -125,8 +125,8 @@ struct Inequality {
 
 /// Directions no ellipsoid bounds, confined.
 struct Envelope {
-  Eigen::MatrixXd rows;       ///< k x p, |rows theta| <= 1
-  double multiplier = 0.0;    ///< of this additional ellipsoid
+  Eigen::MatrixXd rows;     ///< k x p, |rows theta| <= 1
+  double multiplier = 0.0;  ///< of this additional ellipsoid
 };
 
 inline Eigen::MatrixXd with_envelope(const Workspace& work, const Envelope& envelope) {
@@ -149,8 +149,8 @@ inline Inequality make_inequality(const Workspace& work, const EnclosedMatrix& g
   Eigen::VectorXd weights(bounds.rows());
   weights << work.per_row(multipliers), Eigen::VectorXd::Constant(k, envelope.multiplier);
   const EnclosedMatrix bounded = linalg::product(EnclosedMatrix(bounds), w);
-  const EnclosedMatrix bound_form = linalg::product(
-      bounded.transpose(), linalg::scale_rows(bounded, weights), linalg::ProductPart::kLower);
+  const EnclosedMatrix bound_form =
+      linalg::product(bounded.transpose(), linalg::scale_rows(bounded, weights), linalg::ProductPart::kLower);
 
   const EnclosedMatrix base = linalg::difference(bound_form, bias_form);
   Inequality result;
@@ -210,8 +210,7 @@ inline Envelope make_envelope(const Workspace& work, const EnclosedMatrix& gain_
     const auto direction = unbounded.directions.col(j);
     const double effect = (work.problem.criterion_factor * direction).norm();
     const double seen = (work.problem.information_factor * direction).norm();
-    const double size =
-        std::max(error.hi.col(j).norm() + error.radius.col(j).norm(), kResolution * effect);
+    const double size = std::max(error.hi.col(j).norm() + error.radius.col(j).norm(), kResolution * effect);
     double reach = std::min(bias_allowed / size, kWidestEnvelope / seen);
     if (!(std::isfinite(reach) && reach > 0.0)) {
       reach = 1.0;  // neither measured nor estimated: its size does not matter
@@ -229,7 +228,7 @@ inline void prove_upper(const Workspace& work, const CandidatePoint& point, Unbo
   const Eigen::VectorXd multipliers = point.multipliers.cwiseMax(0.0);
   const EnclosedMatrix gain_information =
       linalg::product(EnclosedMatrix(point.gain), work.information_factor.transpose());
-  const double noise = work.criterion.trace(gain_information.transpose()).upper();
+  const double noise = work.criterion.trace(gain_information).upper();
   const double scale = noise + multipliers.sum();
   if (!std::isfinite(scale)) {
     certificate.remark = "the gain or the multipliers are too large or not finite";
@@ -325,9 +324,9 @@ inline void prove_lower(const Workspace& work, const CandidatePoint& point,
     lower = std::max(lower, lower_bound(work, point.prior_factor));
   }
   if (unbounded.directions.cols() > 0) {
-    lower = std::max(lower, lower_bound(work, extend_prior(point.prior_factor, work.stacked,
-                                                           work.problem.information_factor,
-                                                           unbounded.directions)));
+    lower = std::max(lower,
+                     lower_bound(work, extend_prior(point.prior_factor, work.stacked,
+                                                    work.problem.information_factor, unbounded.directions)));
   }
   certificate.lower = lower;
 }

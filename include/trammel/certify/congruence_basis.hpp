@@ -13,8 +13,9 @@ namespace trammel::inline TRAMMEL_ABI::certify {
 
 /// Directions that no ellipsoid bounds, up to rounding errors.
 struct UnboundedDirections {
-  Eigen::MatrixXd directions;             ///< p x k
-  std::vector<Eigen::Index> coordinates;  ///< k parameters; direction j is 1 in coordinates[j], 0 in the others
+  Eigen::MatrixXd directions;  ///< p x k
+  std::vector<Eigen::Index>
+      coordinates;  ///< k parameters; direction j is 1 in coordinates[j], 0 in the others
 };
 
 /// Numerical null space of the stacked factors (q x p), independent of the scaling of rows and columns.

@@ -68,8 +68,10 @@ TRAMMEL_INLINE UnboundedDirections find_unbounded_directions(const Eigen::Matrix
   UnboundedDirections result;
   result.directions = Eigen::MatrixXd::Zero(p, p - rank);
   const Eigen::VectorXi order = qr.colsPermutation().indices();
-  const Eigen::MatrixXd solved = -qr.matrixQR().topLeftCorner(rank, rank).triangularView<Eigen::Upper>().solve(
-      qr.matrixQR().topRightCorner(rank, p - rank));
+  const Eigen::MatrixXd solved = -qr.matrixQR()
+                                      .topLeftCorner(rank, rank)
+                                      .triangularView<Eigen::Upper>()
+                                      .solve(qr.matrixQR().topRightCorner(rank, p - rank));
   for (Eigen::Index j = 0; j < p - rank; ++j) {
     const Eigen::Index coordinate = order(rank + j);
     result.coordinates.push_back(coordinate);
@@ -95,9 +97,9 @@ TRAMMEL_INLINE std::vector<Eigen::MatrixXd> congruence_bases(const Eigen::Matrix
   }
   // (bounds' bounds)^-1 is a prior that every ellipsoid allows up to its number of rows.
   const linalg::PivotedQr qr(bounds);
-  const Eigen::MatrixXd inverse = qr.colsPermutation() *
-                                  qr.matrixQR().topRows(p).triangularView<Eigen::Upper>().solve(
-                                      Eigen::MatrixXd::Identity(p, p));
+  const Eigen::MatrixXd inverse =
+      qr.colsPermutation() *
+      qr.matrixQR().topRows(p).triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(p, p));
   if (inverse.allFinite()) {
     for (const double weight : basis_detail::kRegularisations) {
       Eigen::MatrixXd regularised(p, extended.cols() + p);
@@ -109,9 +111,9 @@ TRAMMEL_INLINE std::vector<Eigen::MatrixXd> congruence_bases(const Eigen::Matrix
 }
 
 TRAMMEL_INLINE Eigen::MatrixXd extend_prior(const Eigen::MatrixXd& prior_factor,
-                                           const Eigen::MatrixXd& stacked,
-                                           const Eigen::MatrixXd& information_factor,
-                                           const Eigen::MatrixXd& unbounded) {
+                                            const Eigen::MatrixXd& stacked,
+                                            const Eigen::MatrixXd& information_factor,
+                                            const Eigen::MatrixXd& unbounded) {
   Eigen::MatrixXd result(prior_factor.rows(), prior_factor.cols() + unbounded.cols());
   result << prior_factor, unbounded;
   for (Eigen::Index j = 0; j < unbounded.cols(); ++j) {

@@ -130,8 +130,7 @@ inline void multiply(const EnclosedMatrix& a, const EnclosedMatrix& b, ProductPa
   for (Eigen::Index first = 0; first < a.rows(); first += kBlockRows) {
     const Eigen::Index count = std::min(kBlockRows, a.rows() - first);
     pack(a, first, count, packed);
-    const Eigen::Index columns =
-        part == ProductPart::kLower ? std::min(b.cols(), first + count) : b.cols();
+    const Eigen::Index columns = part == ProductPart::kLower ? std::min(b.cols(), first + count) : b.cols();
     for (Eigen::Index j = 0; j < columns; ++j) {
       double* const hi_target = result.hi.data() + j * a.rows() + first;
       double* const lo_target = result.lo.data() + j * a.rows() + first;
@@ -224,8 +223,8 @@ TRAMMEL_INLINE EnclosedMatrix scale_rows(const EnclosedMatrix& a, const Eigen::V
   result.hi.resize(a.rows(), a.cols());
   result.lo.resize(a.rows(), a.cols());
   result.radius.resize(a.rows(), a.cols());
-  const bool in_range = double_double_detail::entries_in_range(a.hi) &&
-                        double_double_detail::entries_in_range(d);
+  const bool in_range =
+      double_double_detail::entries_in_range(a.hi) && double_double_detail::entries_in_range(d);
   for (Eigen::Index j = 0; j < a.cols(); ++j) {
     for (Eigen::Index i = 0; i < a.rows(); ++i) {
       const DoubleDouble leading = two_product(a.hi(i, j), d(i));
@@ -275,8 +274,7 @@ TRAMMEL_INLINE Enclosure inner_product(const EnclosedMatrix& a, const EnclosedMa
   const DoubleDouble normal = two_sum(result.hi, result.lo);
   result.hi = normal.hi;
   result.lo = normal.lo;
-  result.radius =
-      slack * (terms * terms * kUnitRoundoff * kUnitRoundoff * size + from_factors) + kUnderflow;
+  result.radius = slack * (terms * terms * kUnitRoundoff * kUnitRoundoff * size + from_factors) + kUnderflow;
   if (!(double_double_detail::entries_in_range(a.hi) && double_double_detail::entries_in_range(b.hi))) {
     result.radius = std::numeric_limits<double>::infinity();
   }
