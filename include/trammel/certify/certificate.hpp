@@ -75,8 +75,10 @@ struct CandidatePoint {
 /// The same for the answer of a solver; kNone with infinite upper bound where its status is kUnbounded.
 [[nodiscard]] Certificate verify(const GuaranteedProblem& problem, const minimax::Solution& solution);
 
-/// Writes the proved bounds, claim and multipliers into a solution.
-void apply(const Certificate& certificate, minimax::Solution& solution);
+/// Writes the proved bounds, claim and multipliers into a solution; a status of kOptimal remains only if the
+/// proved interval is as narrow as the settings ask for.
+void apply(const Certificate& certificate, const minimax::SolverSettings& settings,
+           minimax::Solution& solution);
 
 }  // namespace trammel::inline TRAMMEL_ABI::certify
 

@@ -43,6 +43,10 @@ inline constexpr double kResolution = 1e-18;
 /// An envelope is never wider than this many standard deviations of the measurement noise.
 inline constexpr double kWidestEnvelope = 1e18;
 
+/// An interval wider than asked for by this factor and this much is still as good as asked for.
+inline constexpr double kGapSlack = 1.01;
+inline constexpr double kCostOfProof = 3e-10;
+
 inline std::string shape(const Eigen::MatrixXd& matrix) {
   return std::to_string(matrix.rows()) + " x " + std::to_string(matrix.cols());
 }
@@ -371,12 +375,23 @@ TRAMMEL_INLINE Certificate verify(const GuaranteedProblem& problem, const minima
                                         .prior_factor = solution.prior_factor});
 }
 
-TRAMMEL_INLINE void apply(const Certificate& certificate, minimax::Solution& solution) {
+TRAMMEL_INLINE void apply(const Certificate& certificate, const minimax::SolverSettings& settings,
+                          minimax::Solution& solution) {
   solution.claim = certificate.claim;
-  if (certificate.claim != Claim::kNone) {
-    solution.upper = certificate.upper;
-    solution.lower = certificate.lower;
-    solution.multipliers = certificate.multipliers;
+  if (certificate.claim == Claim::kNone) {
+    if (solution.status == SolveStatus::kOptimal) {
+      solution.status = SolveStatus::kNumericalTrouble;
+    }
+    return;
+  }
+  solution.upper = certificate.upper;
+  solution.lower = certificate.lower;
+  solution.multipliers = certificate.multipliers;
+  // The proof itself costs some digits beyond what the solver could see.
+  const double allowed =
+      settings.relative_gap * certificate_detail::kGapSlack + certificate_detail::kCostOfProof;
+  if (solution.status == SolveStatus::kOptimal && !(certificate.relative_gap() <= allowed)) {
+    solution.status = SolveStatus::kNumericalTrouble;
   }
 }
 
