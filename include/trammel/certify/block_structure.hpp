@@ -42,8 +42,9 @@ struct UnitBalls {
   [[nodiscard]] Eigen::Index begin(Eigen::Index l) const { return offset[static_cast<std::size_t>(l)]; }
 };
 
-/// Recognises disjoint blocks by the columns in which the factors have entries: every parameter belongs to at
-/// most one ellipsoid and every ellipsoid confines all its parameters. Absent otherwise.
+/// Coordinates in which the ellipsoids are balls of disjoint blocks: the factors reduced to full rank and
+/// stacked are these coordinates. They exist exactly if the stacked factors have full row rank; absent
+/// otherwise (ellipsoids that confine the same combination of parameters).
 /// prior_factor: p x k, V = L L' in the problem's coordinates.
 [[nodiscard]] std::optional<UnitBalls> find_unit_balls(const GuaranteedProblem& problem,
                                                        const Eigen::MatrixXd& prior_factor);

@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "trammel/certify/block_structure.hpp"
+#include "trammel/certify/congruence_basis.hpp"
+#include "trammel/linalg/lu.hpp"
 #include "trammel/linalg/qr.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::certify {
@@ -15,15 +17,24 @@ namespace block_detail {
 /// Rank decisions within one ellipsoid.
 inline constexpr double kRankTolerance = 1e-12;
 
-/// Columns in which a factor has an entry.
-inline std::vector<Eigen::Index> touched_columns(const Eigen::MatrixXd& factor) {
-  std::vector<Eigen::Index> columns;
-  for (Eigen::Index j = 0; j < factor.cols(); ++j) {
-    if ((factor.col(j).array() != 0.0).any()) {
-      columns.push_back(j);
-    }
-  }
-  return columns;
+/// R with R'R = a'a and as many rows as the rank of a.
+inline Eigen::MatrixXd full_rank_rows(const Eigen::MatrixXd& factor) {
+  linalg::PivotedQr qr(factor);
+  qr.setThreshold(kRankTolerance);
+  const Eigen::Index rank = qr.rank();
+  const Eigen::MatrixXd r = qr.matrixQR().topRows(rank).triangularView<Eigen::Upper>();
+  return r * qr.colsPermutation().transpose();
+}
+
+/// Inverse of a matrix whose rows and columns may have very different sizes.
+inline Eigen::MatrixXd scaled_inverse(const Eigen::MatrixXd& matrix) {
+  const Eigen::VectorXd rows = matrix.rowwise().norm().cwiseInverse();
+  Eigen::MatrixXd scaled = rows.asDiagonal() * matrix;
+  const Eigen::VectorXd columns = scaled.colwise().norm().cwiseInverse().transpose();
+  scaled = (scaled * columns.asDiagonal()).eval();
+  return columns.asDiagonal() *
+         linalg::Lu(scaled).solve(Eigen::MatrixXd::Identity(matrix.rows(), matrix.cols())) *
+         rows.asDiagonal();
 }
 
 }  // namespace block_detail
@@ -33,52 +44,27 @@ TRAMMEL_INLINE std::optional<UnitBalls> find_unit_balls(const GuaranteedProblem&
   const Eigen::Index p = problem.parameters();
   UnitBalls balls;
   balls.offset.push_back(0);
-  balls.scaling = Eigen::MatrixXd::Zero(p, p);
   balls.inverse = Eigen::MatrixXd::Zero(p, p);
-  std::vector<bool> taken(static_cast<std::size_t>(p), false);
-  Eigen::Index used = 0;
   for (const Eigen::MatrixXd& factor : problem.ellipsoids) {
-    const std::vector<Eigen::Index> columns = block_detail::touched_columns(factor);
-    const auto n = static_cast<Eigen::Index>(columns.size());
-    for (const Eigen::Index column : columns) {
-      if (taken[static_cast<std::size_t>(column)]) {
-        return std::nullopt;
-      }
-      taken[static_cast<std::size_t>(column)] = true;
-    }
-    if (n == 0) {
-      continue;
-    }
-    if (factor.rows() < n) {
+    const Eigen::MatrixXd rows = factor.rows() > 0 ? block_detail::full_rank_rows(factor) : factor;
+    const Eigen::Index used = balls.offset.back();
+    if (used + rows.rows() > p) {
       return std::nullopt;
     }
-    const Eigen::MatrixXd dense = factor(Eigen::all, columns);
-    linalg::PivotedQr qr(dense);
-    qr.setThreshold(block_detail::kRankTolerance);
-    if (qr.rank() < n) {
-      return std::nullopt;
-    }
-    // |a theta| = |R P' theta| = |z|.
-    const Eigen::MatrixXd r = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
-    const Eigen::MatrixXd to_ball = r * qr.colsPermutation().transpose();
-    const Eigen::MatrixXd from_ball =
-        qr.colsPermutation() * r.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(n, n));
-    for (Eigen::Index j = 0; j < n; ++j) {
-      for (Eigen::Index i = 0; i < n; ++i) {
-        balls.scaling(columns[static_cast<std::size_t>(i)], used + j) = from_ball(i, j);
-        balls.inverse(used + i, columns[static_cast<std::size_t>(j)]) = to_ball(i, j);
-      }
-    }
-    used += n;
-    balls.offset.push_back(used);
-  }
-  for (Eigen::Index column = 0; column < p; ++column) {
-    if (!taken[static_cast<std::size_t>(column)]) {
-      balls.scaling(column, used) = 1.0;
-      balls.inverse(used, column) = 1.0;
-      ++used;
+    if (rows.rows() > 0) {
+      balls.inverse.middleRows(used, rows.rows()) = rows;
+      balls.offset.push_back(used + rows.rows());
     }
   }
+  const Eigen::Index bounded = balls.offset.back();
+  const UnboundedDirections free = find_unbounded_directions(balls.inverse.topRows(bounded));
+  if (free.directions.cols() != p - bounded) {
+    return std::nullopt;  // what the ellipsoids confine depends on each other
+  }
+  for (Eigen::Index j = 0; j < p - bounded; ++j) {
+    balls.inverse(bounded + j, free.coordinates[static_cast<std::size_t>(j)]) = 1.0;
+  }
+  balls.scaling = block_detail::scaled_inverse(balls.inverse);
   const Eigen::MatrixXd seen = problem.information_factor * balls.scaling;
   const Eigen::MatrixXd output = problem.criterion_factor * balls.scaling;
   const Eigen::MatrixXd factor = balls.inverse * prior_factor;
