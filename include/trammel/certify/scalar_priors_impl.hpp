@@ -26,12 +26,12 @@ inline double interval_width(double q) {
   return 2.0 * (1.0 + q) / std::sqrt(m_squared_less_one) * std::atan(std::sqrt((q + 2.0) / q)) - kPi / 2.0;
 }
 
-inline constexpr int kRadialSteps = 2000;
+inline constexpr int kRadialSteps = 600;
 inline constexpr double kRoundUp = 3e-4;
 /// Logarithmic grid of informations.
 inline constexpr double kSmallestInformation = 0.01;
 inline constexpr double kLargestInformation = 1000.0;
-inline constexpr int kInformations = 26;
+inline constexpr int kInformations = 20;
 
 /// s(r) on a uniform grid by Runge-Kutta of order four; stops (and tells by a value above 1) once s leaves
 /// [0, 1].
@@ -102,7 +102,7 @@ inline BallPrior ball_prior(double a, double d) {
   const double root_a = std::sqrt(a);
   double low = 0.0;
   double high = 2.0 * (root_a + d + kPi);
-  for (int step = 0; step < 60; ++step) {
+  for (int step = 0; step < 45; ++step) {
     const double middle = (low + high) / 2.0;
     (shoot(middle, root_a, d, nullptr) >= 1.0 ? high : low) = middle;
   }

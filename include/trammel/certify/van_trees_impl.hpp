@@ -23,6 +23,9 @@ namespace van_trees_detail {
 /// Share given away for rounding errors.
 inline constexpr double kRounding = 1e-9;
 inline constexpr int kBoxIterations = 60;
+/// Small problems can afford to wait for widths that converge slowly.
+inline constexpr int kSmallBoxIterations = 400;
+inline constexpr Eigen::Index kSmallSize = 40;
 inline constexpr int kBallIterations = 12;
 /// Iterations of the widths while groups are compared; the widths start from those before the merger.
 inline constexpr int kGroupIterations = 4;
@@ -218,7 +221,9 @@ inline Eigen::VectorXd merged_squares(const Eigen::VectorXd& square, const std::
 
 TRAMMEL_INLINE double box_bound(const UnitBalls& balls) {
   using namespace van_trees_detail;
-  return (1.0 - kRounding) * optimise_boxes(make_boxes(balls, single_blocks(balls)), kBoxIterations).value;
+  return (1.0 - kRounding) * optimise_boxes(make_boxes(balls, single_blocks(balls)),
+                                            balls.size() <= kSmallSize ? kSmallBoxIterations : kBoxIterations)
+                                 .value;
 }
 
 TRAMMEL_INLINE double ball_bound(const UnitBalls& balls) {
