@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include <CLI/App.hpp>
@@ -14,6 +15,7 @@
 #include "../io/raw_problem.hpp"
 #include "commands.hpp"
 #include "trammel/certify/certificate.hpp"
+#include "trammel/certify/near_optimality.hpp"
 #include "trammel/core/settings.hpp"
 #include "trammel/minimax/solve.hpp"
 
@@ -25,20 +27,37 @@ struct SolveOptions {
   std::string problem;
   bool json = false;
   bool estimator = false;
+  bool near_optimality = false;
+  certify::NearOptimalitySettings near_settings;
   minimax::SolverSettings settings;
 };
 
 struct Answer {
   minimax::Solution solution;
   certify::Certificate certificate;
+  std::optional<certify::NearOptimality> near;
 };
 
-Answer solve_and_verify(const GuaranteedProblem& problem, const minimax::SolverSettings& settings) {
+Answer solve_and_verify(const GuaranteedProblem& problem, const SolveOptions& options) {
   Answer answer;
-  answer.solution = minimax::solve(problem, settings);
+  answer.solution = minimax::solve(problem, options.settings);
   answer.certificate = certify::verify(problem, answer.solution);
-  certify::apply(answer.certificate, settings, answer.solution);
+  certify::apply(answer.certificate, options.settings, answer.solution);
+  if (options.near_optimality || options.near_settings.monte_carlo) {
+    answer.near = certify::assess_near_optimality(problem, answer.solution, options.near_settings);
+  }
   return answer;
+}
+
+void add_near_optimality(const certify::NearOptimality& near, io::Json& json) {
+  json["attained_fraction"] = io::to_json(near.attained_fraction);
+  json["worst_case"] = io::to_json(near.worst_case);
+  json["any_estimator_lower_bound"] = io::to_json(near.any_estimator);
+  json["any_estimator_bound_kind"] = to_string(near.kind);
+  if (near.monte_carlo) {
+    json["monte_carlo_lower_bound"] = io::to_json(near.monte_carlo->bound);
+    json["monte_carlo_confidence"] = io::to_json(near.confidence);
+  }
 }
 
 io::Json to_json(const io::RawProblem& raw, const SolveOptions& options, const Answer& answer) {
@@ -65,6 +84,9 @@ io::Json to_json(const io::RawProblem& raw, const SolveOptions& options, const A
   }
   if (!certificate.remark.empty()) {
     json["remark"] = certificate.remark;
+  }
+  if (answer.near) {
+    add_near_optimality(*answer.near, json);
   }
   json["solve_time_s"] = io::to_json(solution.solve_time_s);
   json["library_version"] = kVersion;
@@ -109,6 +131,9 @@ std::string summary(const io::RawProblem& raw, const Answer& answer) {
   line("relative gap", io::shortest(solution.relative_gap()));
   line("claim", std::string(to_string(solution.claim)) +
                     (answer.certificate.remark.empty() ? "" : ": " + answer.certificate.remark));
+  if (answer.near) {
+    line("in words", certify::describe(*answer.near, solution.upper, ""));
+  }
   line("size", std::to_string(raw.problem.parameters()) + " parameters, " +
                    std::to_string(raw.problem.information_factor.rows()) + " measurements, " +
                    std::to_string(raw.problem.ellipsoids.size()) + " ellipsoids, " +
@@ -121,7 +146,7 @@ std::string summary(const io::RawProblem& raw, const Answer& answer) {
 int run(const SolveOptions& options) {
   validate(options.settings, "solver");
   const io::RawProblem raw = io::read_raw_problem(options.problem);
-  const Answer answer = solve_and_verify(raw.problem, options.settings);
+  const Answer answer = solve_and_verify(raw.problem, options);
   std::cout << (options.json ? io::dump(to_json(raw, options, answer)) : summary(raw, answer)) << std::flush;
   switch (answer.solution.status) {
     case SolveStatus::kOptimal:
@@ -145,6 +170,10 @@ void add_solve(CLI::App& app, Action& action) {
   command->add_flag("--json", options->json, "print the result as JSON");
   command->add_flag("--estimator", options->estimator,
                     "with --json: also the matrix K, estimate theta = K F'y");
+  command->add_flag("--near-optimality", options->near_optimality,
+                    "also the worst admissible parameters and what any estimator could guarantee");
+  command->add_flag("--monte-carlo", options->near_settings.monte_carlo,
+                    "the same, sharpened by a Monte Carlo bound (99.9 % confidence)");
   visit_fields(options->settings, [command](const FieldDoc& doc, auto& field) {
     std::string name = "--" + std::string(doc.name);
     std::replace(name.begin(), name.end(), '_', '-');

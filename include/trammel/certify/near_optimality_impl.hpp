@@ -95,7 +95,7 @@ TRAMMEL_INLINE std::string describe(const NearOptimality& near, double guarantee
   constexpr int kDigits = 4;
   const double guaranteed = std::sqrt(guaranteed_squared_error);
   const auto length = [&](double squared) {
-    return number(std::sqrt(squared), kDigits) + " " + std::string(unit);
+    return number(std::sqrt(squared), kDigits) + (unit.empty() ? "" : " ") + std::string(unit);
   };
   std::string text = "Guaranteed rms error " + length(guaranteed_squared_error);
   text += near.attained_fraction >= near_detail::kAttained
