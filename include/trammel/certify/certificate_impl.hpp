@@ -4,8 +4,8 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +15,7 @@
 #include "trammel/certify/environment.hpp"
 #include "trammel/certify/verified_cholesky.hpp"
 #include "trammel/core/error.hpp"
+#include "trammel/linalg/cholesky.hpp"
 #include "trammel/linalg/double_double.hpp"
 #include "trammel/linalg/qr.hpp"
 
@@ -24,6 +25,7 @@ namespace certificate_detail {
 
 using linalg::EnclosedMatrix;
 using linalg::Enclosure;
+using linalg::Precision;
 using linalg::round_down;
 using linalg::round_up;
 
@@ -38,6 +40,11 @@ inline constexpr double kEnvelopeShare = 1e-11;
 /// ... and the envelope's size: what the unbounded directions may add to the bias, relative to the upper
 /// bound (a square, hence about 1e-10 in the bias itself).
 inline constexpr double kEnvelopeBias = 1e-21;
+/// Radii of plain arithmetic below this share of a result do not matter.
+inline constexpr double kNegligible = 1e-12;
+/// Largest entry of I + L'JL up to which its Cholesky factorisation is accurate enough (loses its square
+/// times u^2, at most about 1e-14).
+inline constexpr double kWellConditioned = 1e8;
 /// Errors smaller than this share of what a direction does to the criterion count as this large.
 inline constexpr double kResolution = 1e-18;
 /// An envelope is never wider than this many standard deviations of the measurement noise.
@@ -73,12 +80,14 @@ inline void check_shapes(const GuaranteedProblem& problem, const CandidatePoint&
 struct Workspace {
   const GuaranteedProblem& problem;
   EnclosedMatrix information_factor;
-  EnclosedCriterion criterion;
+  EnclosedCriterion quick;           ///< plain arithmetic: tried first, sufficient on well scaled problems
   Eigen::MatrixXd stacked;           ///< all a_l below one another
   std::vector<Eigen::Index> offset;  ///< first row of a_l in it; one more than ellipsoids
 
   explicit Workspace(const GuaranteedProblem& given)
-      : problem(given), information_factor(given.information_factor), criterion(given.criterion_factor) {
+      : problem(given),
+        information_factor(given.information_factor),
+        quick(given.criterion_factor, Precision::kDouble) {
     offset.push_back(0);
     for (const Eigen::MatrixXd& factor : given.ellipsoids) {
       offset.push_back(offset.back() + factor.rows());
@@ -87,6 +96,14 @@ struct Workspace {
     for (std::size_t l = 0; l < given.ellipsoids.size(); ++l) {
       stacked.middleRows(offset[l], given.ellipsoids[l].rows()) = given.ellipsoids[l];
     }
+  }
+
+  /// Double-double arithmetic, prepared when first needed.
+  [[nodiscard]] const EnclosedCriterion& careful() const {
+    if (!careful_) {
+      careful_.emplace(problem.criterion_factor, Precision::kDoubleDouble);
+    }
+    return *careful_;
   }
 
   /// One number per row of `stacked` from one per ellipsoid.
@@ -98,6 +115,9 @@ struct Workspace {
     }
     return result;
   }
+
+ private:
+  mutable std::optional<EnclosedCriterion> careful_;
 };
 
 inline double sum_rounded_up(const Eigen::VectorXd& values) {
@@ -139,27 +159,27 @@ inline Eigen::MatrixXd with_envelope(const Workspace& work, const Envelope& enve
   return bounds;
 }
 
-inline Inequality make_inequality(const Workspace& work, const EnclosedMatrix& gain_information,
-                                  const Eigen::VectorXd& multipliers, double step, const Envelope& envelope,
-                                  const Eigen::MatrixXd& basis) {
-  const EnclosedMatrix w(basis);
-  // E W = (K F')(F W) - W, T'T = (E W)' S (E W).
-  const EnclosedMatrix bias =
-      linalg::product_minus(gain_information, linalg::product(work.information_factor, w), basis);
-  const EnclosedMatrix bias_form = work.criterion.gram(bias);
+/// Multipliers of all bounds and how they may grow.
+struct Weights {
+  Eigen::MatrixXd bounds;  ///< stacked factors with the envelope
+  Eigen::VectorXd rows;    ///< multiplier of each of its rows
+  double step = 0.0;       ///< the multipliers grow by t (lambda + step)
+};
 
-  const Eigen::Index k = envelope.rows.rows();
-  const Eigen::MatrixXd bounds = with_envelope(work, envelope);
-  Eigen::VectorXd weights(bounds.rows());
-  weights << work.per_row(multipliers), Eigen::VectorXd::Constant(k, envelope.multiplier);
-  const EnclosedMatrix bounded = linalg::product(EnclosedMatrix(bounds), w);
+/// bias: E W = (K F')(F W) - W.
+inline Inequality make_inequality(const Workspace& work, const Weights& weights, const Eigen::MatrixXd& basis,
+                                  const EnclosedMatrix& bias, const EnclosedCriterion& criterion) {
+  const EnclosedMatrix bias_form = criterion.gram(bias);  // (E W)' S (E W)
+  const EnclosedMatrix bounded = criterion.multiply(EnclosedMatrix(weights.bounds), EnclosedMatrix(basis));
   const EnclosedMatrix bound_form =
-      linalg::product(bounded.transpose(), linalg::scale_rows(bounded, weights), linalg::ProductPart::kLower);
+      linalg::product(bounded.transpose(), linalg::scale_rows(bounded, weights.rows), criterion.precision(),
+                      linalg::ProductPart::kLower);
+  const double step = weights.step;
 
   const EnclosedMatrix base = linalg::difference(bound_form, bias_form);
   Inequality result;
   result.base = base.hi;
-  result.base_radius = (1.0 + 0x1p-50) * (base.lo.cwiseAbs() + base.radius);
+  result.base_radius = (1.0 + 0x1p-50) * (base.lo.cwiseAbs() + base.radius);  // difference() fills both
   // The growth may be known to double precision only: it is multiplied by t. Its error is bounded by the
   // usual gamma_n |X|'|X|, here with a comfortable constant, plus what `bounded` leaves open.
   const Eigen::Index q = work.stacked.rows();
@@ -173,7 +193,7 @@ inline Inequality make_inequality(const Workspace& work, const EnclosedMatrix& g
   sum.noalias() += sizes.transpose() * (gamma * sizes + 4.0 * bounded.radius.topRows(q));
   const Eigen::MatrixXd across = sum + sum.transpose();
   result.growth_radius =
-      step * across + (bound_form.lo.cwiseAbs() + bound_form.radius) + 0x1p-51 * result.growth.cwiseAbs();
+      step * across + bound_form.radius + 0x1p-50 * (result.growth.cwiseAbs() + bound_form.hi.cwiseAbs());
   return result;
 }
 
@@ -226,13 +246,43 @@ inline Envelope make_envelope(const Workspace& work, const EnclosedMatrix& gain_
   return envelope;
 }
 
+/// |C K F'|_F^2, rounded up.
+inline double noise_error(const Workspace& work, const EnclosedMatrix& gain_information) {
+  const Enclosure quick = work.quick.trace(gain_information);
+  return quick.radius <= kNegligible * quick.hi ? quick.upper()
+                                                : work.careful().trace(gain_information).upper();
+}
+
+/// Smallest inflation for which the matrix inequality is proved in one of the bases; NaN if in none.
+inline double prove_inequality(const Workspace& work, const Weights& weights,
+                               const EnclosedMatrix& gain_information, const Eigen::MatrixXd& prior_factor,
+                               const Eigen::MatrixXd& unbounded) {
+  double inflation = std::numeric_limits<double>::quiet_NaN();
+  for (int number = 0; number < kCongruenceBases && !(inflation <= kGoodInflation); ++number) {
+    const Eigen::MatrixXd basis = congruence_basis(number, prior_factor, weights.bounds, unbounded);
+    if (basis.size() == 0) {
+      continue;
+    }
+    const EnclosedMatrix bias = linalg::product_minus(
+        gain_information, linalg::product(work.information_factor, EnclosedMatrix(basis)), basis);
+    if (make_inequality(work, weights, basis, bias, work.quick).holds(0.0)) {
+      return 0.0;
+    }
+    const double found = find_inflation(make_inequality(work, weights, basis, bias, work.careful()));
+    if (!(inflation <= found)) {
+      inflation = found;
+    }
+  }
+  return inflation;
+}
+
 inline void prove_upper(const Workspace& work, const CandidatePoint& point, UnboundedDirections unbounded,
                         Certificate& certificate) {
   const auto s = static_cast<double>(std::max<Eigen::Index>(point.multipliers.size(), 1));
   const Eigen::VectorXd multipliers = point.multipliers.cwiseMax(0.0);
   const EnclosedMatrix gain_information =
       linalg::product(EnclosedMatrix(point.gain), work.information_factor.transpose());
-  const double noise = work.criterion.trace(gain_information).upper();
+  const double noise = noise_error(work, gain_information);
   const double scale = noise + multipliers.sum();
   if (!std::isfinite(scale)) {
     certificate.remark = "the gain or the multipliers are too large or not finite";
@@ -240,19 +290,12 @@ inline void prove_upper(const Workspace& work, const CandidatePoint& point, Unbo
   }
   const Envelope envelope = make_envelope(work, gain_information, scale, unbounded);
   const double step = scale / s;
-
-  double inflation = std::numeric_limits<double>::quiet_NaN();
-  for (const Eigen::MatrixXd& basis :
-       congruence_bases(point.prior_factor, with_envelope(work, envelope), unbounded.directions)) {
-    const double found =
-        find_inflation(make_inequality(work, gain_information, multipliers, step, envelope, basis));
-    if (!(inflation <= found)) {
-      inflation = found;
-    }
-    if (inflation <= kGoodInflation) {
-      break;
-    }
-  }
+  Weights weights{.bounds = with_envelope(work, envelope), .rows = {}, .step = step};
+  weights.rows.resize(weights.bounds.rows());
+  weights.rows << work.per_row(multipliers),
+      Eigen::VectorXd::Constant(envelope.rows.rows(), envelope.multiplier);
+  const double inflation =
+      prove_inequality(work, weights, gain_information, point.prior_factor, unbounded.directions);
   if (std::isnan(inflation)) {
     certificate.remark = "no multipliers near those given satisfy the matrix inequality";
     return;
@@ -275,50 +318,75 @@ inline void prove_upper(const Workspace& work, const CandidatePoint& point, Unbo
 inline Eigen::MatrixXd posterior_map(const Eigen::MatrixXd& prior_factor,
                                      const Eigen::MatrixXd& information_prior, double sigma) {
   const Eigen::Index k = prior_factor.cols();
+  Eigen::MatrixXd map = sigma * prior_factor.transpose();
+  // The error enters squared: the plain normal equations do unless they are badly conditioned.
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Identity(k, k);
+  normal.selfadjointView<Eigen::Lower>().rankUpdate(information_prior.transpose(), sigma * sigma);
+  const linalg::Cholesky cholesky(normal);
+  if (cholesky.info() == Eigen::Success && normal.diagonal().maxCoeff() < kWellConditioned) {
+    cholesky.solveInPlace(map);
+    return map;
+  }
   Eigen::MatrixXd both(k + information_prior.rows(), k);
   both << Eigen::MatrixXd::Identity(k, k), sigma * information_prior;
   const linalg::Qr qr(both);
   const Eigen::MatrixXd r = qr.matrixQR().topRows(k);
-  Eigen::MatrixXd map = sigma * prior_factor.transpose();
   r.triangularView<Eigen::Upper>().transpose().solveInPlace(map);
   r.triangularView<Eigen::Upper>().solveInPlace(map);
   return map;
 }
 
+/// Largest |a_l L|_F^2, rounded up; infinite if that is not known.
+inline double largest_bound(const Workspace& work, const EnclosedMatrix& bounded) {
+  double largest = 0.0;
+  for (std::size_t l = 0; l + 1 < work.offset.size(); ++l) {
+    double total = 0.0;
+    for (Eigen::Index j = 0; j < bounded.cols(); ++j) {
+      for (Eigen::Index i = work.offset[l]; i < work.offset[l + 1]; ++i) {
+        const double size = (1.0 + 0x1p-50) * std::abs(bounded.hi(i, j)) + bounded.radius(i, j);
+        total += size * size;
+      }
+    }
+    const auto terms = static_cast<double>((work.offset[l + 1] - work.offset[l]) * bounded.cols());
+    total *= 1.0 + (terms + 8.0) * 0x1p-52;  // all roundings of the sum of non-negative terms
+    largest = std::isfinite(total) ? std::max(largest, total) : std::numeric_limits<double>::infinity();
+  }
+  return largest;
+}
+
 /// Lower bound of the value for the prior L L' scaled into the bounds; -infinity where nothing is proved.
 inline double lower_bound(const Workspace& work, const Eigen::MatrixXd& prior_factor) {
   const EnclosedMatrix factor(prior_factor);
-  const EnclosedMatrix bounded = linalg::product(EnclosedMatrix(work.stacked), factor);
-  double largest = 0.0;
-  for (std::size_t l = 0; l + 1 < work.offset.size(); ++l) {
-    const Eigen::Index rows = work.offset[l + 1] - work.offset[l];
-    double total = 0.0;
-    for (Eigen::Index j = 0; j < bounded.cols(); ++j) {
-      for (Eigen::Index i = work.offset[l]; i < work.offset[l] + rows; ++i) {
-        // |hi| + |lo| + radius, rounded up.
-        const double size = round_up((1.0 + 0x1p-50) * std::abs(bounded.hi(i, j)) + bounded.radius(i, j));
-        total = round_up(total + round_up(size * size));
-      }
-    }
-    largest = std::max(largest, total);
-    if (!std::isfinite(total)) {
-      return -std::numeric_limits<double>::infinity();
-    }
+  const double largest =
+      largest_bound(work, linalg::product(EnclosedMatrix(work.stacked), factor, Precision::kDouble));
+  if (!std::isfinite(largest)) {
+    return -std::numeric_limits<double>::infinity();
   }
   const double sigma = largest > 0.0 ? round_down(round_down(1.0 / round_up(std::sqrt(largest)))) : 1.0;
-  const EnclosedMatrix information_prior = linalg::product(work.information_factor, factor);
-  const Eigen::MatrixXd map = posterior_map(prior_factor, information_prior.hi, sigma);
+  const Eigen::MatrixXd map =
+      posterior_map(prior_factor, work.problem.information_factor * prior_factor, sigma);
   if (!map.allFinite()) {
     return -std::numeric_limits<double>::infinity();
   }
   const EnclosedMatrix y(map);
   const EnclosedMatrix y_transposed = y.transpose();
-  const double gain = work.criterion.trace(y_transposed, factor).lower();
-  const double spread = work.criterion.trace(y_transposed).upper();
-  const double seen = work.criterion.trace(linalg::product(information_prior, y).transpose()).upper();
-  const double sigma_squared = round_up(sigma * sigma);
-  const double first = gain > 0.0 ? round_down(2.0 * sigma * gain) : round_up(2.0 * sigma) * gain;
-  return round_down(round_down(first - spread) - round_up(sigma_squared * seen));
+  for (const bool careful : {false, true}) {
+    const EnclosedCriterion& criterion = careful ? work.careful() : work.quick;
+    const EnclosedMatrix seen = criterion.multiply(criterion.multiply(work.information_factor, factor), y);
+    const Enclosure gain = criterion.trace(y_transposed, factor);
+    const Enclosure spread = criterion.trace(y_transposed);
+    const Enclosure measured = criterion.trace(seen.transpose());
+    const double sigma_squared = round_up(sigma * sigma);
+    const double first =
+        gain.lower() > 0.0 ? round_down(2.0 * sigma * gain.lower()) : round_up(2.0 * sigma) * gain.lower();
+    const double bound =
+        round_down(round_down(first - spread.upper()) - round_up(sigma_squared * measured.upper()));
+    const double uncertainty = 2.0 * sigma * gain.radius + spread.radius + sigma_squared * measured.radius;
+    if (careful || uncertainty <= kNegligible * bound) {
+      return bound;
+    }
+  }
+  return -std::numeric_limits<double>::infinity();
 }
 
 inline void prove_lower(const Workspace& work, const CandidatePoint& point,

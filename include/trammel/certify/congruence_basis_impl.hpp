@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "trammel/certify/congruence_basis.hpp"
+#include "trammel/linalg/cholesky.hpp"
 #include "trammel/linalg/qr.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::certify {
@@ -16,6 +17,8 @@ namespace basis_detail {
 
 /// Pivots below this, after equilibration, count as zero.
 inline constexpr double kRankTolerance = 1e-12;
+/// A pivot of the normal equations above this (amplitude) is far from rounding errors.
+inline constexpr double kClearPivot = 1e-5;
 /// Rounds of row and column scaling.
 inline constexpr int kEquilibrationRounds = 3;
 /// How wide an unbounded direction may be made: <H_l, V> grows by at most the square of this.
@@ -24,7 +27,7 @@ inline constexpr double kWideningOfBounds = 1e-7;
 inline constexpr double kInformationOfDirection = 1e7;
 
 /// Amplitudes of the regularisation that the later bases get.
-inline constexpr std::array<double, 2> kRegularisations{1e-6, 1e-3};
+inline constexpr std::array<double, kCongruenceBases - 1> kRegularisations{1e-6, 1e-3};
 
 /// R' of the QR factorisation of factor': a square lower triangular M with M M' = factor factor'.
 inline Eigen::MatrixXd square_factor(const Eigen::MatrixXd& factor) {
@@ -54,12 +57,23 @@ inline Eigen::VectorXd equilibrate(Eigen::MatrixXd& stacked) {
   return columns;
 }
 
+/// Cheap sufficient test: the normal equations have no small pivot.
+inline bool clearly_of_full_rank(const Eigen::MatrixXd& scaled) {
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(scaled.cols(), scaled.cols());
+  normal.selfadjointView<Eigen::Lower>().rankUpdate(scaled.transpose());
+  const linalg::Cholesky cholesky(normal);
+  return cholesky.info() == Eigen::Success && cholesky.matrixLLT().diagonal().minCoeff() > kClearPivot;
+}
+
 }  // namespace basis_detail
 
 TRAMMEL_INLINE UnboundedDirections find_unbounded_directions(const Eigen::MatrixXd& stacked) {
   const Eigen::Index p = stacked.cols();
   Eigen::MatrixXd scaled = stacked;
   const Eigen::VectorXd columns = basis_detail::equilibrate(scaled);
+  if (basis_detail::clearly_of_full_rank(scaled)) {
+    return {Eigen::MatrixXd(p, 0), {}};
+  }
   // At least p rows, so that R is square.
   scaled.conservativeResizeLike(Eigen::MatrixXd::Zero(std::max(p, stacked.rows()), p));
   linalg::PivotedQr qr(scaled);
@@ -83,31 +97,29 @@ TRAMMEL_INLINE UnboundedDirections find_unbounded_directions(const Eigen::Matrix
   return result;
 }
 
-TRAMMEL_INLINE std::vector<Eigen::MatrixXd> congruence_bases(const Eigen::MatrixXd& prior_factor,
-                                                             const Eigen::MatrixXd& bounds,
-                                                             const Eigen::MatrixXd& unbounded) {
+TRAMMEL_INLINE Eigen::MatrixXd congruence_basis(int number, const Eigen::MatrixXd& prior_factor,
+                                                const Eigen::MatrixXd& bounds,
+                                                const Eigen::MatrixXd& unbounded) {
   const Eigen::Index p = prior_factor.rows();
-  std::vector<Eigen::MatrixXd> result;
   Eigen::MatrixXd extended(p, prior_factor.cols() + unbounded.cols());
   extended << prior_factor, unbounded;
-  if (extended.cols() == p) {
-    result.push_back(extended);
-  } else if (extended.cols() > p) {
-    result.push_back(basis_detail::square_factor(extended));
+  if (number == 0) {
+    if (extended.cols() < p) {
+      return {};
+    }
+    return extended.cols() == p ? extended : basis_detail::square_factor(extended);
   }
   // (bounds' bounds)^-1 is a prior that every ellipsoid allows up to its number of rows.
   const linalg::PivotedQr qr(bounds);
   const Eigen::MatrixXd inverse =
       qr.colsPermutation() *
       qr.matrixQR().topRows(p).triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(p, p));
-  if (inverse.allFinite()) {
-    for (const double weight : basis_detail::kRegularisations) {
-      Eigen::MatrixXd regularised(p, extended.cols() + p);
-      regularised << extended, weight * inverse;
-      result.push_back(basis_detail::square_factor(regularised));
-    }
+  if (!inverse.allFinite()) {
+    return {};
   }
-  return result;
+  Eigen::MatrixXd regularised(p, extended.cols() + p);
+  regularised << extended, basis_detail::kRegularisations[static_cast<std::size_t>(number - 1)] * inverse;
+  return basis_detail::square_factor(regularised);
 }
 
 TRAMMEL_INLINE Eigen::MatrixXd extend_prior(const Eigen::MatrixXd& prior_factor,

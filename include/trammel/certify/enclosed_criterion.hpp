@@ -10,38 +10,50 @@
 
 namespace trammel::inline TRAMMEL_ABI::certify {
 
-/// X'SX and tr X'SY for S = C'C. A criterion with more rows than columns (many outputs) is squared once, in
-/// double-double arithmetic, so that the cost of the rest does not depend on the number of outputs.
+/// X'SX and tr X'SY for S = C'C. In double-double arithmetic a criterion with more rows than columns (many
+/// outputs) is squared once, so that the cost of the rest does not depend on the number of outputs.
 class EnclosedCriterion {
  public:
-  /// C: c x p.
-  explicit EnclosedCriterion(const Eigen::MatrixXd& factor) : form_(factor) {
-    squared_ = factor.rows() > factor.cols();
+  /// factor: C, c x p.
+  EnclosedCriterion(const Eigen::MatrixXd& factor, linalg::Precision precision)
+      : precision_(precision),
+        squared_(precision == linalg::Precision::kDoubleDouble && factor.rows() > factor.cols()),
+        form_(factor) {
     if (squared_) {
-      form_ = linalg::product(form_.transpose(), form_);
+      form_ = multiply(form_.transpose(), form_);
     }
   }
 
-  /// X'SX, X: p x n; only the lower triangle is computed.
+  [[nodiscard]] linalg::Precision precision() const { return precision_; }
+
+  /// A B in this criterion's precision.
+  [[nodiscard]] linalg::EnclosedMatrix multiply(const linalg::EnclosedMatrix& a,
+                                                const linalg::EnclosedMatrix& b) const {
+    return linalg::product(a, b, precision_);
+  }
+
+  /// X'SX, X: p x n; of which only the lower triangle is to be read.
   [[nodiscard]] linalg::EnclosedMatrix gram(const linalg::EnclosedMatrix& x) const {
-    const linalg::EnclosedMatrix image = linalg::product(form_, x);
-    return linalg::product(squared_ ? x.transpose() : image.transpose(), image, linalg::ProductPart::kLower);
+    const linalg::EnclosedMatrix image = multiply(form_, x);
+    return linalg::product(squared_ ? x.transpose() : image.transpose(), image, precision_,
+                           linalg::ProductPart::kLower);
   }
 
   /// tr X'SY.
   [[nodiscard]] linalg::Enclosure trace(const linalg::EnclosedMatrix& x,
                                         const linalg::EnclosedMatrix& y) const {
-    return linalg::inner_product(squared_ ? x : linalg::product(form_, x), linalg::product(form_, y));
+    return linalg::inner_product(squared_ ? x : multiply(form_, x), multiply(form_, y));
   }
 
   /// tr X'SX.
   [[nodiscard]] linalg::Enclosure trace(const linalg::EnclosedMatrix& x) const {
-    const linalg::EnclosedMatrix image = linalg::product(form_, x);
+    const linalg::EnclosedMatrix image = multiply(form_, x);
     return linalg::inner_product(squared_ ? x : image, image);
   }
 
  private:
-  bool squared_ = false;
+  linalg::Precision precision_;
+  bool squared_;
   linalg::EnclosedMatrix form_;  ///< C, or S where that is smaller
 };
 

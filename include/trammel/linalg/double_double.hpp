@@ -87,8 +87,13 @@ struct EnclosedMatrix {
 /// Which entries of a product are computed; the others are left zero.
 enum class ProductPart { kFull, kLower };
 
+/// Arithmetic of a product. kDouble takes the leading parts alone: radius 2 (n + 5) u |A||B| beside what the
+/// radii of the factors cause, at the speed of a plain product.
+enum class Precision { kDouble, kDoubleDouble };
+
 /// A B.
 [[nodiscard]] EnclosedMatrix product(const EnclosedMatrix& a, const EnclosedMatrix& b,
+                                     Precision precision = Precision::kDoubleDouble,
                                      ProductPart part = ProductPart::kFull);
 /// A B - C, C exact with the shape of the product: no digits are lost where A B is close to C.
 [[nodiscard]] EnclosedMatrix product_minus(const EnclosedMatrix& a, const EnclosedMatrix& b,

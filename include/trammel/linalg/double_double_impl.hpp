@@ -93,9 +93,10 @@ inline Eigen::MatrixXd magnitude(const EnclosedMatrix& a) { return (1.0 + 0x1p-5
 
 /// Upper bound of the radius of A B - C from the bounds in EnclosedMatrix's comment.
 inline Eigen::MatrixXd product_radius(const EnclosedMatrix& a, const EnclosedMatrix& b,
-                                      const Eigen::MatrixXd* c) {
+                                      const Eigen::MatrixXd* c, Precision precision) {
   const double terms = static_cast<double>(a.cols()) + 5.0;
-  const double relative = terms * terms * kUnitRoundoff * kUnitRoundoff;
+  const double relative = precision == Precision::kDouble ? 2.0 * terms * kUnitRoundoff
+                                                          : terms * terms * kUnitRoundoff * kUnitRoundoff;
   const Eigen::MatrixXd a_size = magnitude(a);
   const Eigen::MatrixXd b_size = magnitude(b);
   Eigen::MatrixXd b_error = relative * b_size;
@@ -169,7 +170,7 @@ inline EnclosedMatrix product_from(const EnclosedMatrix& a, const EnclosedMatrix
   } else {
     multiply<false, false>(a, b, part, result);
   }
-  result.radius = product_radius(a, b, c);
+  result.radius = product_radius(a, b, c, Precision::kDoubleDouble);
   return result;
 }
 
@@ -207,8 +208,15 @@ TRAMMEL_INLINE EnclosedMatrix EnclosedMatrix::transpose() const {
   return result;
 }
 
-TRAMMEL_INLINE EnclosedMatrix product(const EnclosedMatrix& a, const EnclosedMatrix& b, ProductPart part) {
-  return double_double_detail::product_from(a, b, part, nullptr);
+TRAMMEL_INLINE EnclosedMatrix product(const EnclosedMatrix& a, const EnclosedMatrix& b, Precision precision,
+                                      ProductPart part) {
+  if (precision == Precision::kDoubleDouble) {
+    return double_double_detail::product_from(a, b, part, nullptr);
+  }
+  EnclosedMatrix result;
+  result.hi.noalias() = a.hi * b.hi;
+  result.radius = double_double_detail::product_radius(a, b, nullptr, precision);
+  return result;
 }
 
 TRAMMEL_INLINE EnclosedMatrix product_minus(const EnclosedMatrix& a, const EnclosedMatrix& b,
