@@ -13,7 +13,7 @@
 #include "trammel/certify/congruence_basis.hpp"
 #include "trammel/certify/enclosed_criterion.hpp"
 #include "trammel/certify/environment.hpp"
-#include "trammel/certify/verified_cholesky.hpp"
+#include "trammel/certify/matrix_inequality.hpp"
 #include "trammel/core/error.hpp"
 #include "trammel/linalg/cholesky.hpp"
 #include "trammel/linalg/double_double.hpp"
@@ -29,10 +29,6 @@ using linalg::Precision;
 using linalg::round_down;
 using linalg::round_up;
 
-/// Inflations tried are powers of two from this exponent ...
-inline constexpr int kSmallestInflation = -50;
-/// ... to this one; a point that needs more is no approximate solution of the problem.
-inline constexpr int kLargestInflation = 24;
 /// An inflation above this is worth a second try in a better conditioned basis.
 inline constexpr double kGoodInflation = 1e-10;
 /// Share of the upper bound spent on the envelope ...
@@ -41,7 +37,7 @@ inline constexpr double kEnvelopeShare = 1e-11;
 /// bound (a square, hence about 1e-10 in the bias itself).
 inline constexpr double kEnvelopeBias = 1e-21;
 /// Radii of plain arithmetic below this share of a result do not matter.
-inline constexpr double kNegligible = 1e-12;
+inline constexpr double kNegligible = 1e-11;
 /// Largest entry of I + L'JL up to which its Cholesky factorisation is accurate enough (loses its square
 /// times u^2, at most about 1e-14).
 inline constexpr double kWellConditioned = 1e8;
@@ -120,6 +116,19 @@ struct Workspace {
   mutable std::optional<EnclosedCriterion> careful_;
 };
 
+/// A basis and what problem and bounds make of it, all products in double-double arithmetic (differences of
+/// positions lose many digits in a_l W).
+struct Image {
+  Eigen::MatrixXd basis;   ///< W
+  EnclosedMatrix seen;     ///< F W
+  EnclosedMatrix bounded;  ///< stacked factors (and envelope) times W
+};
+
+inline Image make_image(const Workspace& work, const Eigen::MatrixXd& bounds, const Eigen::MatrixXd& basis) {
+  return {basis, linalg::product(work.information_factor, EnclosedMatrix(basis)),
+          linalg::product(EnclosedMatrix(bounds), EnclosedMatrix(basis))};
+}
+
 inline double sum_rounded_up(const Eigen::VectorXd& values) {
   double total = 0.0;
   for (const double value : values) {
@@ -127,25 +136,6 @@ inline double sum_rounded_up(const Eigen::VectorXd& values) {
   }
   return total;
 }
-
-/// The matrix inequality in one basis: base + t growth, t >= 0, is to be proved positive definite.
-struct Inequality {
-  Eigen::MatrixXd base;           ///< W'(H(lambda) - E'SE)W
-  Eigen::MatrixXd base_radius;    ///< enclosure of the above
-  Eigen::MatrixXd growth;         ///< W'(H(lambda) + step sum_l H_l)W
-  Eigen::MatrixXd growth_radius;  ///< enclosure of the above
-
-  [[nodiscard]] bool holds(double t) const {
-    if (t == 0.0) {
-      return positive_definite(base, base_radius);
-    }
-    const Eigen::MatrixXd total = base + t * growth;
-    // One rounding of the product (none, t is a power of two) and one of the sum.
-    const Eigen::MatrixXd radius =
-        ((1.0 + 0x1p-50) * (base_radius + t * growth_radius) + 0x1p-52 * total.cwiseAbs());
-    return positive_definite(total, radius);
-  }
-};
 
 /// Directions no ellipsoid bounds, confined.
 struct Envelope {
@@ -165,54 +155,6 @@ struct Weights {
   Eigen::VectorXd rows;    ///< multiplier of each of its rows
   double step = 0.0;       ///< the multipliers grow by t (lambda + step)
 };
-
-/// bias: E W = (K F')(F W) - W.
-inline Inequality make_inequality(const Workspace& work, const Weights& weights, const Eigen::MatrixXd& basis,
-                                  const EnclosedMatrix& bias, const EnclosedCriterion& criterion) {
-  const EnclosedMatrix bias_form = criterion.gram(bias);  // (E W)' S (E W)
-  const EnclosedMatrix bounded = criterion.multiply(EnclosedMatrix(weights.bounds), EnclosedMatrix(basis));
-  const EnclosedMatrix bound_form =
-      linalg::product(bounded.transpose(), linalg::scale_rows(bounded, weights.rows), criterion.precision(),
-                      linalg::ProductPart::kLower);
-  const double step = weights.step;
-
-  const EnclosedMatrix base = linalg::difference(bound_form, bias_form);
-  Inequality result;
-  result.base = base.hi;
-  result.base_radius = (1.0 + 0x1p-50) * (base.lo.cwiseAbs() + base.radius);  // difference() fills both
-  // The growth may be known to double precision only: it is multiplied by t. Its error is bounded by the
-  // usual gamma_n |X|'|X|, here with a comfortable constant, plus what `bounded` leaves open.
-  const Eigen::Index q = work.stacked.rows();
-  const Eigen::MatrixXd points = bounded.hi.topRows(q);
-  result.growth = Eigen::MatrixXd::Zero(basis.cols(), basis.cols());
-  result.growth.noalias() += step * (points.transpose() * points);
-  result.growth += bound_form.hi;
-  const Eigen::MatrixXd sizes = points.cwiseAbs();
-  const double gamma = 4.0 * (static_cast<double>(q) + 4.0) * 0x1p-53;
-  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(basis.cols(), basis.cols());
-  sum.noalias() += sizes.transpose() * (gamma * sizes + 4.0 * bounded.radius.topRows(q));
-  const Eigen::MatrixXd across = sum + sum.transpose();
-  result.growth_radius =
-      step * across + bound_form.radius + 0x1p-50 * (result.growth.cwiseAbs() + bound_form.hi.cwiseAbs());
-  return result;
-}
-
-/// Smallest power of two (or zero) for which the inequality is proved; NaN if there is none in range.
-inline double find_inflation(const Inequality& inequality) {
-  if (inequality.holds(0.0)) {
-    return 0.0;
-  }
-  if (!inequality.holds(std::ldexp(1.0, kLargestInflation))) {
-    return std::numeric_limits<double>::quiet_NaN();
-  }
-  int fails = kSmallestInflation - 1;
-  int holds = kLargestInflation;
-  while (holds - fails > 1) {
-    const int middle = fails + (holds - fails) / 2;
-    (inequality.holds(std::ldexp(1.0, middle)) ? holds : fails) = middle;
-  }
-  return std::ldexp(1.0, holds);
-}
 
 /// An envelope whose cost is kEnvelopeShare of `scale`, sized by how far K is from leaving the unbounded
 /// directions unbiased.
@@ -255,20 +197,25 @@ inline double noise_error(const Workspace& work, const EnclosedMatrix& gain_info
 
 /// Smallest inflation for which the matrix inequality is proved in one of the bases; NaN if in none.
 inline double prove_inequality(const Workspace& work, const Weights& weights,
-                               const EnclosedMatrix& gain_information, const Eigen::MatrixXd& prior_factor,
+                               const EnclosedMatrix& gain_information, const Image& prior,
                                const Eigen::MatrixXd& unbounded) {
   double inflation = std::numeric_limits<double>::quiet_NaN();
   for (int number = 0; number < kCongruenceBases && !(inflation <= kGoodInflation); ++number) {
-    const Eigen::MatrixXd basis = congruence_basis(number, prior_factor, weights.bounds, unbounded);
-    if (basis.size() == 0) {
-      continue;
+    const bool is_prior = number == 0 && unbounded.cols() == 0 && prior.basis.rows() == prior.basis.cols();
+    Image other;
+    if (!is_prior) {
+      const Eigen::MatrixXd basis = congruence_basis(number, prior.basis, weights.bounds, unbounded);
+      if (basis.size() == 0) {
+        continue;
+      }
+      other = make_image(work, weights.bounds, basis);
     }
-    const EnclosedMatrix bias = linalg::product_minus(
-        gain_information, linalg::product(work.information_factor, EnclosedMatrix(basis)), basis);
-    if (make_inequality(work, weights, basis, bias, work.quick).holds(0.0)) {
+    const Image& image = is_prior ? prior : other;
+    const EnclosedMatrix bias = linalg::product_minus(gain_information, image.seen, image.basis);
+    if (make_inequality(work, weights, image.bounded, bias, work.quick).holds(0.0)) {
       return 0.0;
     }
-    const double found = find_inflation(make_inequality(work, weights, basis, bias, work.careful()));
+    const double found = find_inflation(make_inequality(work, weights, image.bounded, bias, work.careful()));
     if (!(inflation <= found)) {
       inflation = found;
     }
@@ -276,8 +223,8 @@ inline double prove_inequality(const Workspace& work, const Weights& weights,
   return inflation;
 }
 
-inline void prove_upper(const Workspace& work, const CandidatePoint& point, UnboundedDirections unbounded,
-                        Certificate& certificate) {
+inline void prove_upper(const Workspace& work, const CandidatePoint& point, const Image& prior,
+                        UnboundedDirections unbounded, Certificate& certificate) {
   const auto s = static_cast<double>(std::max<Eigen::Index>(point.multipliers.size(), 1));
   const Eigen::VectorXd multipliers = point.multipliers.cwiseMax(0.0);
   const EnclosedMatrix gain_information =
@@ -294,8 +241,7 @@ inline void prove_upper(const Workspace& work, const CandidatePoint& point, Unbo
   weights.rows.resize(weights.bounds.rows());
   weights.rows << work.per_row(multipliers),
       Eigen::VectorXd::Constant(envelope.rows.rows(), envelope.multiplier);
-  const double inflation =
-      prove_inequality(work, weights, gain_information, point.prior_factor, unbounded.directions);
+  const double inflation = prove_inequality(work, weights, gain_information, prior, unbounded.directions);
   if (std::isnan(inflation)) {
     certificate.remark = "no multipliers near those given satisfy the matrix inequality";
     return;
@@ -355,16 +301,14 @@ inline double largest_bound(const Workspace& work, const EnclosedMatrix& bounded
 }
 
 /// Lower bound of the value for the prior L L' scaled into the bounds; -infinity where nothing is proved.
-inline double lower_bound(const Workspace& work, const Eigen::MatrixXd& prior_factor) {
-  const EnclosedMatrix factor(prior_factor);
-  const double largest =
-      largest_bound(work, linalg::product(EnclosedMatrix(work.stacked), factor, Precision::kDouble));
+inline double lower_bound(const Workspace& work, const Image& prior) {
+  const EnclosedMatrix factor(prior.basis);
+  const double largest = largest_bound(work, prior.bounded);
   if (!std::isfinite(largest)) {
     return -std::numeric_limits<double>::infinity();
   }
   const double sigma = largest > 0.0 ? round_down(round_down(1.0 / round_up(std::sqrt(largest)))) : 1.0;
-  const Eigen::MatrixXd map =
-      posterior_map(prior_factor, work.problem.information_factor * prior_factor, sigma);
+  const Eigen::MatrixXd map = posterior_map(prior.basis, prior.seen.hi, sigma);
   if (!map.allFinite()) {
     return -std::numeric_limits<double>::infinity();
   }
@@ -372,7 +316,7 @@ inline double lower_bound(const Workspace& work, const Eigen::MatrixXd& prior_fa
   const EnclosedMatrix y_transposed = y.transpose();
   for (const bool careful : {false, true}) {
     const EnclosedCriterion& criterion = careful ? work.careful() : work.quick;
-    const EnclosedMatrix seen = criterion.multiply(criterion.multiply(work.information_factor, factor), y);
+    const EnclosedMatrix seen = criterion.multiply(prior.seen, y);
     const Enclosure gain = criterion.trace(y_transposed, factor);
     const Enclosure spread = criterion.trace(y_transposed);
     const Enclosure measured = criterion.trace(seen.transpose());
@@ -389,16 +333,16 @@ inline double lower_bound(const Workspace& work, const Eigen::MatrixXd& prior_fa
   return -std::numeric_limits<double>::infinity();
 }
 
-inline void prove_lower(const Workspace& work, const CandidatePoint& point,
-                        const UnboundedDirections& unbounded, Certificate& certificate) {
+inline void prove_lower(const Workspace& work, const Image& prior, const UnboundedDirections& unbounded,
+                        Certificate& certificate) {
   double lower = 0.0;  // an error is never negative
-  if (point.prior_factor.cols() > 0) {
-    lower = std::max(lower, lower_bound(work, point.prior_factor));
+  if (prior.basis.cols() > 0) {
+    lower = std::max(lower, lower_bound(work, prior));
   }
   if (unbounded.directions.cols() > 0) {
-    lower = std::max(lower,
-                     lower_bound(work, extend_prior(point.prior_factor, work.stacked,
-                                                    work.problem.information_factor, unbounded.directions)));
+    const Eigen::MatrixXd extended =
+        extend_prior(prior.basis, work.stacked, work.problem.information_factor, unbounded.directions);
+    lower = std::max(lower, lower_bound(work, make_image(work, work.stacked, extended)));
   }
   certificate.lower = lower;
 }
@@ -415,8 +359,9 @@ TRAMMEL_INLINE Certificate verify(const GuaranteedProblem& problem, const Candid
   }
   const detail::Workspace work(problem);
   const UnboundedDirections unbounded = find_unbounded_directions(work.stacked);
-  detail::prove_upper(work, point, unbounded, certificate);
-  detail::prove_lower(work, point, unbounded, certificate);
+  const detail::Image prior = detail::make_image(work, work.stacked, point.prior_factor);
+  detail::prove_upper(work, point, prior, unbounded, certificate);
+  detail::prove_lower(work, prior, unbounded, certificate);
   const std::string_view defect = arithmetic_defect();
   if (std::isfinite(certificate.upper) && std::isfinite(certificate.lower)) {
     certificate.claim = defect.empty() ? Claim::kVerified : Claim::kApproximate;

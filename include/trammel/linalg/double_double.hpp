@@ -87,8 +87,8 @@ struct EnclosedMatrix {
 /// Which entries of a product are computed; the others are left zero.
 enum class ProductPart { kFull, kLower };
 
-/// Arithmetic of a product. kDouble takes the leading parts alone: radius 2 (n + 5) u |A||B| beside what the
-/// radii of the factors cause, at the speed of a plain product.
+/// Arithmetic of a product. kDouble takes the leading parts alone, at the speed of a plain product: radius
+/// 2 (n + 5) u times norms of row and column (in place of |A||B|) beside what the radii of the factors cause.
 enum class Precision { kDouble, kDoubleDouble };
 
 /// A B.
