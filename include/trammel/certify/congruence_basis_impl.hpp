@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+/// @file
+/// Definitions of congruence_basis.hpp.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "trammel/certify/congruence_basis.hpp"
+#include "trammel/linalg/cholesky.hpp"
+#include "trammel/linalg/qr.hpp"
+
+namespace trammel::inline TRAMMEL_ABI::certify {
+
+namespace basis_detail {
+
+/// Pivots below this, after equilibration, count as zero.
+inline constexpr double kRankTolerance = 1e-12;
+/// A pivot of the normal equations above this (amplitude) is far from rounding errors.
+inline constexpr double kClearPivot = 1e-5;
+/// Rounds of row and column scaling.
+inline constexpr int kEquilibrationRounds = 3;
+/// How wide an unbounded direction may be made: <H_l, V> grows by at most the square of this.
+inline constexpr double kWideningOfBounds = 1e-7;
+/// How far the measurements of an unbounded direction shall outweigh its prior (amplitude).
+inline constexpr double kInformationOfDirection = 1e7;
+
+/// Amplitudes of the regularisation that the later bases get.
+inline constexpr std::array<double, kCongruenceBases - 1> kRegularisations{1e-6, 1e-3};
+
+/// R' of the QR factorisation of factor': a square lower triangular M with M M' = factor factor'.
+inline Eigen::MatrixXd square_factor(const Eigen::MatrixXd& factor) {
+  const linalg::Qr qr(factor.transpose().eval());
+  const Eigen::MatrixXd r = qr.matrixQR().topRows(factor.rows()).triangularView<Eigen::Upper>();
+  return r.transpose();
+}
+
+/// Column scaling of `stacked` after rows were normalised; rows of zeros stay.
+inline Eigen::VectorXd equilibrate(Eigen::MatrixXd& stacked) {
+  Eigen::VectorXd columns = Eigen::VectorXd::Ones(stacked.cols());
+  for (int round = 0; round < kEquilibrationRounds; ++round) {
+    for (Eigen::Index i = 0; i < stacked.rows(); ++i) {
+      const double size = stacked.row(i).norm();
+      if (size > 0.0) {
+        stacked.row(i) /= size;
+      }
+    }
+    for (Eigen::Index j = 0; j < stacked.cols(); ++j) {
+      const double size = stacked.col(j).norm();
+      if (size > 0.0) {
+        stacked.col(j) /= size;
+        columns(j) /= size;
+      }
+    }
+  }
+  return columns;
+}
+
+/// Cheap sufficient test: the normal equations have no small pivot.
+inline bool clearly_of_full_rank(const Eigen::MatrixXd& scaled) {
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(scaled.cols(), scaled.cols());
+  normal.selfadjointView<Eigen::Lower>().rankUpdate(scaled.transpose());
+  const linalg::Cholesky cholesky(normal);
+  return cholesky.info() == Eigen::Success && cholesky.matrixLLT().diagonal().minCoeff() > kClearPivot;
+}
+
+}  // namespace basis_detail
+
+TRAMMEL_INLINE UnboundedDirections find_unbounded_directions(const Eigen::MatrixXd& stacked) {
+  const Eigen::Index p = stacked.cols();
+  Eigen::MatrixXd scaled = stacked;
+  const Eigen::VectorXd columns = basis_detail::equilibrate(scaled);
+  if (basis_detail::clearly_of_full_rank(scaled)) {
+    return {Eigen::MatrixXd(p, 0), {}};
+  }
+  // At least p rows, so that R is square.
+  scaled.conservativeResizeLike(Eigen::MatrixXd::Zero(std::max(p, stacked.rows()), p));
+  linalg::PivotedQr qr(scaled);
+  qr.setThreshold(basis_detail::kRankTolerance);
+  const Eigen::Index rank = qr.rank();
+  UnboundedDirections result;
+  result.directions = Eigen::MatrixXd::Zero(p, p - rank);
+  const Eigen::VectorXi order = qr.colsPermutation().indices();
+  const Eigen::MatrixXd solved = -qr.matrixQR()
+                                      .topLeftCorner(rank, rank)
+                                      .triangularView<Eigen::Upper>()
+                                      .solve(qr.matrixQR().topRightCorner(rank, p - rank));
+  for (Eigen::Index j = 0; j < p - rank; ++j) {
+    const Eigen::Index coordinate = order(rank + j);
+    result.coordinates.push_back(coordinate);
+    result.directions(coordinate, j) = 1.0;
+    for (Eigen::Index i = 0; i < rank; ++i) {
+      result.directions(order(i), j) = solved(i, j) * columns(order(i)) / columns(coordinate);
+    }
+  }
+  return result;
+}
+
+TRAMMEL_INLINE Eigen::MatrixXd congruence_basis(int number, const Eigen::MatrixXd& prior_factor,
+                                                const Eigen::MatrixXd& bounds,
+                                                const Eigen::MatrixXd& unbounded) {
+  const Eigen::Index p = prior_factor.rows();
+  Eigen::MatrixXd extended(p, prior_factor.cols() + unbounded.cols());
+  extended << prior_factor, unbounded;
+  if (number == 0) {
+    if (extended.cols() < p) {
+      return {};
+    }
+    return extended.cols() == p ? extended : basis_detail::square_factor(extended);
+  }
+  // (bounds' bounds)^-1 is a prior that every ellipsoid allows up to its number of rows.
+  const linalg::PivotedQr qr(bounds);
+  const Eigen::MatrixXd inverse =
+      qr.colsPermutation() *
+      qr.matrixQR().topRows(p).triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(p, p));
+  if (!inverse.allFinite()) {
+    return {};
+  }
+  Eigen::MatrixXd regularised(p, extended.cols() + p);
+  regularised << extended, basis_detail::kRegularisations[static_cast<std::size_t>(number - 1)] * inverse;
+  return basis_detail::square_factor(regularised);
+}
+
+TRAMMEL_INLINE Eigen::MatrixXd extend_prior(const Eigen::MatrixXd& prior_factor,
+                                            const Eigen::MatrixXd& stacked,
+                                            const Eigen::MatrixXd& information_factor,
+                                            const Eigen::MatrixXd& unbounded) {
+  Eigen::MatrixXd result(prior_factor.rows(), prior_factor.cols() + unbounded.cols());
+  result << prior_factor, unbounded;
+  for (Eigen::Index j = 0; j < unbounded.cols(); ++j) {
+    const double bounded = (stacked * unbounded.col(j)).norm();
+    const double seen = (information_factor * unbounded.col(j)).norm();
+    const double reach =
+        std::min(basis_detail::kWideningOfBounds / bounded, basis_detail::kInformationOfDirection / seen);
+    if (std::isfinite(reach)) {
+      result.col(prior_factor.cols() + j) *= reach;
+    }
+  }
+  return result;
+}
+
+}  // namespace trammel::inline TRAMMEL_ABI::certify

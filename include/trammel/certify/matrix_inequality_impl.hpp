@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+/// @file
+/// Definitions of matrix_inequality.hpp.
+#pragma once
+
+#include <cmath>
+#include <limits>
+
+#include "trammel/certify/matrix_inequality.hpp"
+#include "trammel/certify/verified_cholesky.hpp"
+
+namespace trammel::inline TRAMMEL_ABI::certify {
+
+namespace inequality_detail {
+
+/// Inflations tried are powers of two from this exponent ...
+inline constexpr int kSmallestInflation = -50;
+/// ... to this one; a point that needs more is no approximate solution of the problem.
+inline constexpr int kLargestInflation = 24;
+
+}  // namespace inequality_detail
+
+TRAMMEL_INLINE MatrixInequality::MatrixInequality(const linalg::EnclosedMatrix& bounded,
+                                                  const Eigen::VectorXd& rows,
+                                                  const linalg::EnclosedMatrix& bias,
+                                                  const EnclosedCriterion& criterion)
+    : bounded_(bounded),
+      bound_form_(linalg::product(bounded.transpose(), linalg::scale_rows(bounded, rows),
+                                  criterion.precision(), linalg::ProductPart::kLower)) {
+  const linalg::EnclosedMatrix base = linalg::difference(bound_form_, criterion.gram(bias));
+  base_ = base.hi;
+  base_radius_ = (1.0 + 0x1p-50) * (base.lo.cwiseAbs() + base.radius);
+}
+
+TRAMMEL_INLINE bool MatrixInequality::holds() const { return positive_definite(base_, base_radius_); }
+
+TRAMMEL_INLINE double MatrixInequality::find_inflation(double step, Eigen::Index growing) const {
+  if (holds()) {
+    return 0.0;
+  }
+  // W'(H(lambda) + step sum H_l)W may be known to double precision only: it is multiplied by t. Its error is
+  // the usual gamma_n |X|'|X|, here with a comfortable constant, plus what `bounded` leaves open.
+  const Eigen::MatrixXd points = bounded_.hi.topRows(growing);
+  Eigen::MatrixXd growth = bound_form_.hi;
+  growth.noalias() += step * (points.transpose() * points);
+  const Eigen::MatrixXd sizes = points.cwiseAbs();
+  const double gamma = 4.0 * (static_cast<double>(growing) + 4.0) * 0x1p-53;
+  const Eigen::MatrixXd errors = gamma * sizes + 4.0 * bounded_.radius.topRows(growing);
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(growth.rows(), growth.cols());
+  sum.noalias() += sizes.transpose() * errors;
+  const Eigen::MatrixXd growth_radius = (step * (sum + sum.transpose()) + bound_form_.radius +
+                                         0x1p-50 * (growth.cwiseAbs() + bound_form_.hi.cwiseAbs()) +
+                                         0x1p-50 * step * sizes.transpose() * sizes);
+  const auto holds_at = [&](int exponent) {
+    const double t = std::ldexp(1.0, exponent);
+    const Eigen::MatrixXd total = base_ + t * growth;
+    const Eigen::MatrixXd radius =
+        (1.0 + 0x1p-50) * (base_radius_ + t * growth_radius) + 0x1p-52 * total.cwiseAbs();
+    return positive_definite(total, radius);
+  };
+  int fails = inequality_detail::kSmallestInflation - 1;
+  int holds = inequality_detail::kLargestInflation;
+  if (!holds_at(holds)) {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+  while (holds - fails > 1) {
+    const int middle = fails + (holds - fails) / 2;
+    (holds_at(middle) ? holds : fails) = middle;
+  }
+  return std::ldexp(1.0, holds);
+}
+
+}  // namespace trammel::inline TRAMMEL_ABI::certify

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+// trammel solve: the guaranteed problem of a user's own linear model.
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <CLI/App.hpp>
+
+#include "../io/csv.hpp"
+#include "../io/json_output.hpp"
+#include "../io/raw_problem.hpp"
+#include "commands.hpp"
+#include "trammel/certify/certificate.hpp"
+#include "trammel/certify/near_optimality.hpp"
+#include "trammel/core/settings.hpp"
+#include "trammel/minimax/solve.hpp"
+
+namespace trammel::program {
+
+namespace {
+
+struct SolveOptions {
+  std::string problem;
+  bool json = false;
+  bool estimator = false;
+  bool near_optimality = false;
+  certify::NearOptimalitySettings near_settings;
+  minimax::SolverSettings settings;
+};
+
+struct Answer {
+  minimax::Solution solution;
+  certify::Certificate certificate;
+  std::optional<certify::NearOptimality> near;
+};
+
+Answer solve_and_verify(const GuaranteedProblem& problem, const SolveOptions& options) {
+  Answer answer;
+  answer.solution = minimax::solve(problem, options.settings);
+  answer.certificate = certify::verify(problem, answer.solution);
+  certify::apply(answer.certificate, options.settings, answer.solution);
+  if (options.near_optimality || options.near_settings.monte_carlo) {
+    answer.near = certify::assess_near_optimality(problem, answer.solution, options.near_settings);
+  }
+  return answer;
+}
+
+void add_near_optimality(const certify::NearOptimality& near, io::Json& json) {
+  json["attained_fraction"] = io::to_json(near.attained_fraction);
+  json["worst_case"] = io::to_json(near.worst_case);
+  json["any_estimator_lower_bound"] = io::to_json(near.any_estimator);
+  json["any_estimator_bound_kind"] = to_string(near.kind);
+  if (near.monte_carlo) {
+    json["monte_carlo_lower_bound"] = io::to_json(near.monte_carlo->bound);
+    json["monte_carlo_confidence"] = io::to_json(near.confidence);
+  }
+}
+
+io::Json to_json(const io::RawProblem& raw, const SolveOptions& options, const Answer& answer) {
+  const minimax::Solution& solution = answer.solution;
+  const certify::Certificate& certificate = answer.certificate;
+  io::Json json;
+  json["title"] = raw.title;
+  json["status"] = describe(solution.status).name;
+  json["claim"] = to_string(solution.claim);
+  json["upper"] = io::to_json(solution.upper);
+  json["lower"] = io::to_json(solution.lower);
+  json["relative_gap"] = io::to_json(solution.relative_gap());
+  json["inflation"] = io::to_json(certificate.inflation);
+  json["parameters"] = raw.problem.parameters();
+  json["observations"] = raw.problem.information_factor.rows();
+  json["method"] = minimax::to_string(solution.method);
+  json["iterations"] = solution.iterations;
+  json["lambda"] = io::to_json(solution.multipliers);
+  if (certificate.envelope.rows() > 0) {
+    json["envelope"] = io::matrix_to_json(certificate.envelope);
+  }
+  if (solution.unbounded_directions.cols() > 0) {
+    json["unbounded_directions"] = io::matrix_to_json(solution.unbounded_directions.transpose());
+  }
+  if (!certificate.remark.empty()) {
+    json["remark"] = certificate.remark;
+  }
+  if (answer.near) {
+    add_near_optimality(*answer.near, json);
+  }
+  json["solve_time_s"] = io::to_json(solution.solve_time_s);
+  json["library_version"] = kVersion;
+  json["inputs"] = io::Json::array({io::Json{
+      {"name", std::filesystem::path(options.problem).filename().string()}, {"sha256", raw.sha256}}});
+  if (options.estimator) {
+    json["estimator"] = io::matrix_to_json(solution.gain);
+  }
+  return json;
+}
+
+std::string direction_text(const Eigen::VectorXd& direction) {
+  constexpr double kShown = 1e-6;  // relative to the largest entry
+  const double largest = direction.cwiseAbs().maxCoeff();
+  std::string text;
+  for (Eigen::Index i = 0; i < direction.size(); ++i) {
+    if (std::abs(direction(i)) > kShown * largest) {
+      text += (text.empty() ? "" : " + ") + io::shortest(direction(i)) + " theta[" + std::to_string(i) + "]";
+    }
+  }
+  return text;
+}
+
+std::string summary(const io::RawProblem& raw, const Answer& answer) {
+  const minimax::Solution& solution = answer.solution;
+  const StatusText& status = describe(solution.status);
+  std::string text = raw.title.empty() ? "" : raw.title + "\n";
+  const auto line = [&text](std::string name, const std::string& value) {
+    constexpr std::size_t kNameWidth = 24;
+    name.resize(std::max(kNameWidth, name.size() + 1), ' ');
+    text += name + value + "\n";
+  };
+  line("status", std::string(status.name) + ": " + std::string(status.cause));
+  if (solution.status != SolveStatus::kOptimal) {
+    line("what to do", std::string(status.remedy));
+  }
+  for (Eigen::Index j = 0; j < solution.unbounded_directions.cols(); ++j) {
+    line("unbounded direction", direction_text(solution.unbounded_directions.col(j)));
+  }
+  line("squared error, upper", io::shortest(solution.upper) + " (guaranteed by the estimator K F'y)");
+  line("squared error, lower", io::shortest(solution.lower) + " (no linear estimator guarantees less)");
+  line("relative gap", io::shortest(solution.relative_gap()));
+  line("claim", std::string(to_string(solution.claim)) +
+                    (answer.certificate.remark.empty() ? "" : ": " + answer.certificate.remark));
+  if (answer.near) {
+    line("in words", certify::describe(*answer.near, solution.upper, ""));
+  }
+  line("size", std::to_string(raw.problem.parameters()) + " parameters, " +
+                   std::to_string(raw.problem.information_factor.rows()) + " measurements, " +
+                   std::to_string(raw.problem.ellipsoids.size()) + " ellipsoids, " +
+                   std::string(minimax::to_string(solution.method)) + ", " +
+                   std::to_string(solution.iterations) + " iterations, " +
+                   io::shortest(solution.solve_time_s) + " s");
+  return text;
+}
+
+int run(const SolveOptions& options) {
+  validate(options.settings, "solver");
+  const io::RawProblem raw = io::read_raw_problem(options.problem);
+  const Answer answer = solve_and_verify(raw.problem, options);
+  std::cout << (options.json ? io::dump(to_json(raw, options, answer)) : summary(raw, answer)) << std::flush;
+  switch (answer.solution.status) {
+    case SolveStatus::kOptimal:
+      return kSolved;
+    case SolveStatus::kUnbounded:
+      return kUnbounded;
+    case SolveStatus::kIterationLimit:
+    case SolveStatus::kNumericalTrouble:
+      break;
+  }
+  return kNotConverged;
+}
+
+}  // namespace
+
+void add_solve(CLI::App& app, Action& action) {
+  CLI::App* command =
+      app.add_subcommand("solve", "guaranteed linear estimator of a linear model of your own");
+  const auto options = std::make_shared<SolveOptions>();
+  command->add_option("problem", options->problem, "problem file (.json or .toml)")->required();
+  command->add_flag("--json", options->json, "print the result as JSON");
+  command->add_flag("--estimator", options->estimator,
+                    "with --json: also the matrix K, estimate theta = K F'y");
+  command->add_flag("--near-optimality", options->near_optimality,
+                    "also the worst admissible parameters and what any estimator could guarantee");
+  command->add_flag("--monte-carlo", options->near_settings.monte_carlo,
+                    "the same, sharpened by a Monte Carlo bound (99.9 % confidence)");
+  visit_fields(options->settings, [command](const FieldDoc& doc, auto& field) {
+    std::string name = "--" + std::string(doc.name);
+    std::replace(name.begin(), name.end(), '_', '-');
+    command->add_option(name, field, std::string(doc.meaning))->capture_default_str();
+  });
+  command->callback([options, &action] { action = [options] { return run(*options); }; });
+}
+
+}  // namespace trammel::program
