@@ -24,7 +24,9 @@ using Action = std::function<int()>;
 /// Adds a sub-command to `app`; sets `action` when it is chosen. One function per file command_*.cpp.
 using AddCommand = void (*)(CLI::App& app, Action& action);
 
+void add_sdp_command(CLI::App& app, Action& action);
+
 /// All sub-commands in the order of `trammel --help`.
-inline const std::vector<AddCommand> kCommands{};
+inline const std::vector<AddCommand> kCommands{add_sdp_command};
 
 }  // namespace trammel::program

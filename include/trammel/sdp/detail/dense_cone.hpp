@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: Apache-2.0
+/// @file
+/// The cone of positive semidefinite matrices.
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <type_traits>
+#include <vector>
+
+#include "trammel/linalg/blocked_cholesky.hpp"
+#include "trammel/linalg/lanczos.hpp"
+#include "trammel/linalg/symmetric_eigen.hpp"
+#include "trammel/sdp/detail/coefficients.hpp"
+#include "trammel/sdp/detail/dense_schur.hpp"
+
+namespace trammel::inline TRAMMEL_ABI::sdp::detail {
+
+/// One dense block: X and Y are symmetric n x n matrices, stored in full.
+template <class ScalarType>
+class DenseCone {
+ public:
+  using Scalar = ScalarType;
+  using Vector = VectorOf<Scalar>;
+  using Matrix = MatrixOf<Scalar>;
+
+  explicit DenseCone(const DenseData& data)
+      : n_(data.size),
+        coefficients_(data),
+        low_rank_(data.low_rank),
+        all_(coefficients_, 0, coefficients_.row.size(), data.size),
+        needed_(coefficients_, 0, coefficients_.constant_begin, data.size),
+        schur_(coefficients_, low_rank_, data.size) {
+    constexpr double kSparseShare = 1.0 / 12.0;  // a product with a sparse matrix runs that much slower per entry
+    const double full = static_cast<double>(n_) * static_cast<double>(n_);
+    const bool sparse = low_rank_.empty() && n_ > kAlwaysDense;
+    sparse_x_ = sparse && 2.0 * static_cast<double>(all_.row.size()) < kSparseShare * full;
+    sparse_adjoint_ = sparse && 2.0 * static_cast<double>(needed_.row.size()) < kSparseShare * full;
+    for (const LowRankTerm& term : low_rank_) {
+      vectors_.push_back(term.vectors.cast<Scalar>());
+    }
+    dx_ = dy_ = Matrix::Zero(n_, n_);
+    second_ = dx_;
+  }
+
+  [[nodiscard]] Eigen::Index size() const { return n_; }
+  [[nodiscard]] const Matrix& x() const { return x_; }
+  [[nodiscard]] const Matrix& y() const { return y_; }
+
+  void start(Scalar x, Scalar y) {
+    x_ = Matrix::Identity(n_, n_) * x;
+    y_ = Matrix::Identity(n_, n_) * y;
+  }
+
+  void update_residual(const Vector& x) {
+    d_ = -x_;
+    add_operator(x, Scalar(1), d_);
+    const Scalar norm = d_.norm();
+    has_residual_ = norm > Scalar(kNegligible) * std::numeric_limits<Scalar>::epsilon() * x_.norm();
+  }
+
+  [[nodiscard]] bool factorise() {
+    factor_x_ = x_;
+    factor_y_ = y_;
+    if (linalg::cholesky_in_place(factor_x_) != 0 || linalg::cholesky_in_place(factor_y_) != 0) {
+      return false;
+    }
+    linalg::invert_lower_in_place(factor_x_);
+    for (Eigen::Index j = 1; j < n_; ++j) {
+      factor_x_.col(j).head(j).setZero();
+    }
+    linalg::inverse_from_factor(factor_x_, x_inverse_);
+    return x_inverse_.allFinite();
+  }
+
+  void add_adjoint_y(Vector& out, Scalar scale) const { add_adjoint(y_, scale, out); }
+
+  void add_schur(Matrix& schur) { schur_.add(x_inverse_, y_, schur); }
+
+  void begin_direction(Scalar mu, bool second_order, Vector& out) {
+    mu_ = mu;
+    has_second_ = second_order;
+    if (second_order) {
+      times_x_pattern(dy_, dx_, second_);
+    }
+    target_ = mu_ * x_inverse_ - y_;
+    if (has_residual_ || has_second_) {
+      work_.setZero(n_, n_);
+      if (has_residual_) {
+        times_x_pattern(y_, d_, work_);
+      }
+      if (has_second_) {
+        work_ += second_;
+      }
+      subtract_needed();
+    }
+    add_adjoint(target_, Scalar(1), out);
+  }
+
+  void finish_direction(const Vector& dx) {
+    if (has_residual_) {
+      dx_ = d_;
+    } else {
+      dx_.setZero();
+    }
+    add_operator(dx, Scalar(0), dx_);
+    times_x_pattern(y_, dx_, work_);
+    if (has_second_) {
+      work_ += second_;
+    }
+    product_.noalias() = work_ * x_inverse_;
+    dy_ = mu_ * x_inverse_ - y_;
+    subtract_symmetric_part(product_, dy_);
+  }
+
+  /// The step is exact for small blocks; by Lanczos, and a little less, for large ones. `enough`: larger steps need
+  /// not be told apart.
+  [[nodiscard]] double max_step(Side side, Scalar enough) {
+    const double smallest =
+        n_ <= kExactSize || !std::is_same_v<Scalar, double> ? exact_smallest(side) : lanczos(side, enough);
+    return smallest < 0.0 ? -1.0 / smallest : std::numeric_limits<double>::infinity();
+  }
+
+  void step(Side side, Scalar length) {
+    if (side == Side::kX) {
+      x_ += length * dx_;
+    } else {
+      y_ += length * dy_;
+    }
+  }
+
+  [[nodiscard]] Scalar inner_product() const { return x_.cwiseProduct(y_).sum(); }
+  [[nodiscard]] Scalar after_step(Scalar a, Scalar b) const {
+    return (x_ + a * dx_).cwiseProduct(y_ + b * dy_).sum();
+  }
+  [[nodiscard]] Scalar residual_norm_squared() const { return d_.squaredNorm(); }
+  /// ||sum x_i F_i - X||^2 = ||D + F_0||^2.
+  [[nodiscard]] Scalar distance_to_ray_squared() {
+    work_ = d_;
+    for (std::size_t e = coefficients_.constant_begin; e < coefficients_.row.size(); ++e) {
+      add_entry(e, Scalar(1), work_);
+    }
+    return work_.squaredNorm();
+  }
+  [[nodiscard]] Scalar constant_times_y() const {
+    return coefficients_.inner(coefficients_.constant_begin, coefficients_.row.size(), y_);
+  }
+
+ private:
+  static constexpr Eigen::Index kExactSize = 40;     // all eigenvalues cost no more than a few Lanczos steps
+  static constexpr Eigen::Index kAlwaysDense = 24;   // no gain from sparse loops
+  static constexpr double kNegligible = 16.0;        // residuals of this many rounding errors are none
+
+  void add_adjoint(const Matrix& symmetric, Scalar scale, Vector& out) const {
+    for (std::size_t k = 0; k < coefficients_.count(); ++k) {
+      out[coefficients_.variable[k]] +=
+          scale * coefficients_.inner(coefficients_.start[k], coefficients_.start[k + 1], symmetric);
+    }
+    for (std::size_t t = 0; t < low_rank_.size(); ++t) {
+      const Matrix product = symmetric.template selfadjointView<Eigen::Upper>() * vectors_[t];
+      const Vector squares = product.cwiseProduct(vectors_[t]).colwise().sum().transpose();
+      out[low_rank_[t].variable] += scale * squares.dot(low_rank_[t].weights.template cast<Scalar>());
+    }
+  }
+
+  void add_entry(std::size_t e, Scalar factor, Matrix& out) const {
+    const Scalar value = factor * Scalar(coefficients_.value(e));
+    out(coefficients_.row[e], coefficients_.column[e]) += value;
+    if (coefficients_.row[e] != coefficients_.column[e]) {
+      out(coefficients_.column[e], coefficients_.row[e]) += value;
+    }
+  }
+
+  /// out += sum x_i F_i - constant F_0.
+  void add_operator(const Vector& x, Scalar constant, Matrix& out) const {
+    for (std::size_t k = 0; k < coefficients_.count(); ++k) {
+      const Scalar factor = x[coefficients_.variable[k]];
+      for (std::size_t e = coefficients_.start[k]; e < coefficients_.start[k + 1]; ++e) {
+        add_entry(e, factor, out);
+      }
+    }
+    if (constant != Scalar(0)) {
+      for (std::size_t e = coefficients_.constant_begin; e < coefficients_.row.size(); ++e) {
+        add_entry(e, -constant, out);
+      }
+    }
+    for (std::size_t t = 0; t < low_rank_.size(); ++t) {
+      const Scalar factor = x[low_rank_[t].variable];
+      out.noalias() += vectors_[t] *
+                       (factor * low_rank_[t].weights.template cast<Scalar>()).asDiagonal() *
+                       vectors_[t].transpose();
+    }
+  }
+
+  /// out = a b for a symmetric b with the sparsity of X.
+  void times_x_pattern(const Matrix& a, const Matrix& b, Matrix& out) const {
+    if (!sparse_x_) {
+      out.noalias() = a * b;
+      return;
+    }
+    out.setZero(n_, n_);
+    for (std::size_t e = 0; e < all_.row.size(); ++e) {
+      const int r = all_.row[e];
+      const int c = all_.column[e];
+      out.col(c) += b(r, c) * a.col(r);
+      if (r != c) {
+        out.col(r) += b(r, c) * a.col(c);
+      }
+    }
+  }
+
+  static void subtract_symmetric_part(const Matrix& product, Matrix& from) {
+    const Eigen::Index size = product.rows();
+    for (Eigen::Index j = 0; j < size; ++j) {
+      for (Eigen::Index i = 0; i <= j; ++i) {
+        const Scalar value = from(i, j) - (product(i, j) + product(j, i)) / Scalar(2);
+        from(i, j) = value;
+        from(j, i) = value;
+      }
+    }
+  }
+
+  /// target_ -= sym(work_ X^-1), where an F_i needs it.
+  void subtract_needed() {
+    if (!sparse_adjoint_) {
+      product_.noalias() = work_ * x_inverse_;
+      subtract_symmetric_part(product_, target_);
+      return;
+    }
+    product_ = work_.transpose();
+    for (std::size_t e = 0; e < needed_.row.size(); ++e) {
+      const int r = needed_.row[e];
+      const int c = needed_.column[e];
+      target_(r, c) -=
+          (product_.col(r).dot(x_inverse_.col(c)) + product_.col(c).dot(x_inverse_.col(r))) / Scalar(2);
+    }
+  }
+
+  /// Smallest eigenvalue of L^-1 dX L^-T, X = L L', or the same for Y.
+  [[nodiscard]] double exact_smallest(Side side) {
+    if (side == Side::kX) {
+      product_.noalias() = factor_x_ * dx_;
+      work_.noalias() = product_ * factor_x_.transpose();
+    } else {
+      work_ = dy_;
+      factor_y_.template triangularView<Eigen::Lower>().solveInPlace(work_);
+      factor_y_.template triangularView<Eigen::Lower>()
+          .transpose()
+          .template solveInPlace<Eigen::OnTheRight>(work_);
+    }
+    const Eigen::MatrixXd scaled = work_.template cast<double>();
+    if (!scaled.allFinite()) {
+      return -std::numeric_limits<double>::infinity();
+    }
+    return linalg::SymmetricEigen(scaled, Eigen::EigenvaluesOnly).eigenvalues()[0];
+  }
+
+  [[nodiscard]] double lanczos(Side side, Scalar enough) {
+    if constexpr (std::is_same_v<Scalar, double>) {
+      const linalg::LanczosSettings settings{.enough = -1.0 / enough};
+      Eigen::VectorXd first(n_);
+      Eigen::VectorXd second(n_);
+      if (side == Side::kX) {
+        return linalg::lanczos_smallest(
+            n_,
+            [&](const auto& in, Eigen::VectorXd& out) {
+              first.noalias() = factor_x_.template triangularView<Eigen::Lower>().transpose() * in;
+              second.noalias() = dx_.template selfadjointView<Eigen::Lower>() * first;
+              out.noalias() = factor_x_.template triangularView<Eigen::Lower>() * second;
+            },
+            settings);
+      }
+      return linalg::lanczos_smallest(
+          n_,
+          [&](const auto& in, Eigen::VectorXd& out) {
+            first = in;
+            factor_y_.template triangularView<Eigen::Lower>().transpose().solveInPlace(first);
+            out.noalias() = dy_.template selfadjointView<Eigen::Lower>() * first;
+            factor_y_.template triangularView<Eigen::Lower>().solveInPlace(out);
+          },
+          settings);
+    } else {
+      return exact_smallest(side);
+    }
+  }
+
+  Eigen::Index n_;
+  Coefficients coefficients_;
+  const std::vector<LowRankTerm>& low_rank_;
+  std::vector<Matrix> vectors_;
+  Pattern all_;
+  Pattern needed_;
+  DenseSchur<Scalar> schur_;
+  bool sparse_x_ = false;
+  bool sparse_adjoint_ = false;
+  bool has_residual_ = true;
+  bool has_second_ = false;
+  Scalar mu_{0};
+  Matrix x_;
+  Matrix y_;
+  Matrix d_;
+  Matrix dx_;
+  Matrix dy_;
+  Matrix second_;    ///< dY dX of the predictor
+  Matrix factor_x_;  ///< inverse of the Cholesky factor of X
+  Matrix factor_y_;  ///< Cholesky factor of Y, lower triangle
+  Matrix x_inverse_;
+  Matrix target_;
+  Matrix work_;
+  Matrix product_;
+};
+
+}  // namespace trammel::inline TRAMMEL_ABI::sdp::detail

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+/// @file
+/// The linear system of one iteration: Schur complement and equations.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "trammel/linalg/blocked_cholesky.hpp"
+#include "trammel/linalg/gmres.hpp"
+#include "trammel/sdp/detail/cone.hpp"
+
+namespace trammel::inline TRAMMEL_ABI::sdp::detail {
+
+/// Solves
+///   B dx - G df = r,   G' dx = e
+/// for positive semidefinite B (m x m) and the equations' coefficients G (m x k) by the Cholesky factor of
+/// K = B + rho G G', scaled to unit diagonal, and of G' K^-1 G. Pivots that are rounding errors belong to dependent
+/// constraints; their variables are held fixed. The solution is then refined against the system itself.
+template <class Scalar>
+class SchurSystem {
+ public:
+  using Vector = VectorOf<Scalar>;
+  using Matrix = MatrixOf<Scalar>;
+
+  explicit SchurSystem(Matrix equations) : equations_(std::move(equations)) {}
+
+  /// B with zeros, to be filled with each pair (i, j) once, in either triangle.
+  [[nodiscard]] Matrix& clear() {
+    matrix_.setZero(equations_.rows(), equations_.rows());
+    return matrix_;
+  }
+
+  /// Factorises what was filled in; false if it holds NaN or an infinity.
+  [[nodiscard]] bool factorise() {
+    fold();
+    const Eigen::Index m = matrix_.rows();
+    const Eigen::Index k = equations_.cols();
+    factor_ = matrix_;
+    rho_ = Scalar(0);
+    if (k > 0) {
+      const Scalar norm = equations_.squaredNorm();
+      rho_ = norm > Scalar(0) ? std::max(matrix_.trace(), std::numeric_limits<Scalar>::epsilon()) / norm
+                              : Scalar(0);
+      factor_.template selfadjointView<Eigen::Lower>().rankUpdate(equations_, rho_);
+    }
+    scale(factor_, scaling_);
+    if (!scaling_.allFinite() || linalg::cholesky_in_place(factor_, guard()) < 0) {
+      return false;
+    }
+    if (k > 0) {
+      Matrix half = scaling_.asDiagonal() * equations_;
+      factor_.template triangularView<Eigen::Lower>().solveInPlace(half);
+      equation_factor_.noalias() = half.transpose() * half;
+      scale(equation_factor_, equation_scaling_);
+      if (linalg::cholesky_in_place(equation_factor_, guard()) < 0) {
+        return false;
+      }
+    }
+    return m == 0 || factor_.diagonal().allFinite();
+  }
+
+  /// Solution [dx; df] for the right-hand side [r; e].
+  [[nodiscard]] Vector solve(const Vector& right) {
+    constexpr int kMaxSteps = 15;
+    constexpr double kRoundingErrors = 4.0;
+    return linalg::gmres<Scalar>(
+        right, [&](const auto& v) { return apply(v); }, [&](const auto& v) { return precondition(v); }, kMaxSteps,
+        Scalar(kRoundingErrors) * std::numeric_limits<Scalar>::epsilon(), relative_residual_);
+  }
+
+  /// ||right - A solution|| / ||right|| of the last solution.
+  [[nodiscard]] Scalar relative_residual() const { return relative_residual_; }
+
+ private:
+  static linalg::PivotGuard<Scalar> guard() {
+    constexpr double kRoundingErrors = 8.0;
+    constexpr double kFixed = 1e60;
+    return {Scalar(kRoundingErrors) * std::numeric_limits<Scalar>::epsilon(), Scalar(kFixed)};
+  }
+
+  /// a <- S a S with unit diagonal, lower triangle.
+  static void scale(Matrix& a, Vector& scaling) {
+    using std::sqrt;
+    scaling.resize(a.rows());
+    for (Eigen::Index i = 0; i < a.rows(); ++i) {
+      scaling[i] = a(i, i) > Scalar(0) ? Scalar(1) / sqrt(a(i, i)) : Scalar(a(i, i) == a(i, i) ? 1.0 : NAN);
+    }
+    for (Eigen::Index j = 0; j < a.cols(); ++j) {
+      a.col(j).tail(a.rows() - j).array() *= scaling.tail(a.rows() - j).array() * scaling[j];
+    }
+  }
+
+  /// Adds the upper triangle to the lower one, tile by tile.
+  void fold() {
+    constexpr Eigen::Index kTile = 32;
+    const Eigen::Index m = matrix_.rows();
+    for (Eigen::Index j = 0; j < m; j += kTile) {
+      for (Eigen::Index i = j; i < m; i += kTile) {
+        for (Eigen::Index c = j; c < std::min(j + kTile, m); ++c) {
+          for (Eigen::Index r = std::max(i, c + 1); r < std::min(i + kTile, m); ++r) {
+            matrix_(r, c) += matrix_(c, r);
+          }
+        }
+      }
+    }
+  }
+
+  [[nodiscard]] Vector apply(const Vector& v) const {
+    const Eigen::Index m = equations_.rows();
+    const Eigen::Index k = equations_.cols();
+    Vector out(m + k);
+    out.head(m).noalias() = matrix_.template selfadjointView<Eigen::Lower>() * v.head(m);
+    if (k > 0) {
+      out.head(m).noalias() -= equations_ * v.tail(k);
+      out.tail(k).noalias() = equations_.transpose() * v.head(m);
+    }
+    return out;
+  }
+
+  static void solve_factored(const Matrix& factor, const Vector& scaling, Vector& v) {
+    v.array() *= scaling.array();
+    factor.template triangularView<Eigen::Lower>().solveInPlace(v);
+    factor.template triangularView<Eigen::Lower>().transpose().solveInPlace(v);
+    v.array() *= scaling.array();
+  }
+
+  [[nodiscard]] Vector precondition(const Vector& v) const {
+    const Eigen::Index m = equations_.rows();
+    const Eigen::Index k = equations_.cols();
+    Vector dx = v.head(m);
+    if (k == 0) {
+      solve_factored(factor_, scaling_, dx);
+      return dx;
+    }
+    dx.noalias() += rho_ * (equations_ * v.tail(k));
+    const Vector right = dx;
+    solve_factored(factor_, scaling_, dx);
+    Vector df = v.tail(k) - equations_.transpose() * dx;
+    solve_factored(equation_factor_, equation_scaling_, df);
+    dx = right + equations_ * df;
+    solve_factored(factor_, scaling_, dx);
+    Vector out(m + k);
+    out << dx, df;
+    return out;
+  }
+
+  Matrix equations_;
+  Matrix matrix_;
+  Matrix factor_;
+  Vector scaling_;
+  Matrix equation_factor_;
+  Vector equation_scaling_;
+  Scalar rho_{0};
+  Scalar relative_residual_{0};
+};
+
+}  // namespace trammel::inline TRAMMEL_ABI::sdp::detail
