@@ -1,4 +1,2 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "trammel/sdp/detail/interior_point.hpp"
-
-template class trammel::sdp::detail::InteriorPoint<double>;
+#include "trammel/sdp/detail/run_double_impl.hpp"

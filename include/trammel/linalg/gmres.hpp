@@ -79,8 +79,12 @@ template <class Scalar, class Apply, class Precondition>
     basis.col(k) = next / length;
   }
   if (k > 0) {
-    const Vector weights = hessenberg.topLeftCorner(k, k).template triangularView<Eigen::Upper>().solve(right.head(k));
-    const Vector better = x + images.leftCols(k) * weights;
+    Vector better = x;
+    for (int i = k - 1; i >= 0; --i) {  // back substitution in the triangular factor
+      right[i] /= hessenberg(i, i);
+      right.head(i) -= right[i] * hessenberg.col(i).head(i);
+      better += right[i] * images.col(i);
+    }
     const Scalar reached = (b - apply(better)).norm();
     if (reached < start) {
       x = better;

@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include "trammel/core/random.hpp"
+#include "trammel/linalg/dense_kernels.hpp"
 #include "trammel/linalg/symmetric_eigen.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::linalg {
@@ -43,8 +44,9 @@ template <class Apply>
     apply(basis.col(k), next);
     alpha[k] = basis.col(k).dot(next);
     for (int pass = 0; pass < 2; ++pass) {
-      const Eigen::VectorXd overlap = basis.leftCols(k + 1).transpose() * next;
-      next.noalias() -= basis.leftCols(k + 1) * overlap;
+      Eigen::VectorXd overlap = Eigen::VectorXd::Zero(k + 1);
+      Dense<double>::add_vector_product_t(basis.leftCols(k + 1), next, 1.0, overlap);
+      Dense<double>::add_vector_product(basis.leftCols(k + 1), overlap, -1.0, next);
     }
     beta[k] = next.norm();
     const bool last = k + 1 == steps || !(beta[k] > kBreakdown * (std::abs(alpha[k]) + 1.0));

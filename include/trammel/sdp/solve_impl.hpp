@@ -9,10 +9,9 @@
 #include <string>
 
 #include "trammel/core/error.hpp"
-#include "trammel/linalg/blocked_cholesky.hpp"
-#include "trammel/linalg/double_double.hpp"
+#include "trammel/linalg/dense_kernels.hpp"
 #include "trammel/linalg/symmetric_eigen.hpp"
-#include "trammel/sdp/detail/interior_point.hpp"
+#include "trammel/sdp/detail/outcome.hpp"
 #include "trammel/sdp/detail/model.hpp"
 #include "trammel/sdp/solve.hpp"
 
@@ -72,7 +71,7 @@ inline double negative_part(const Problem& problem, const BlockMatrix& matrix) {
         break;
       case BlockKind::kDense: {
         Eigen::MatrixXd factor = matrix[b];
-        if (linalg::cholesky_in_place(factor) != 0) {
+        if (linalg::Dense<double>::cholesky(factor) != 0) {
           const linalg::SymmetricEigen eigen(matrix[b], Eigen::EigenvaluesOnly);
           worst = std::max(worst, -eigen.eigenvalues()[0]);
         }
@@ -162,14 +161,14 @@ inline std::pair<Outcome, Precision> run_passes(const Model& model, const Settin
                                                 const ProgressObserver& observe) {
   constexpr double kSmallProblem = 3e7;  // operations that take about a second in double-double numbers
   if (settings.precision == Precision::kDoubleDouble) {
-    return {InteriorPoint<linalg::DoubleDouble>(model, settings, observe).run(), Precision::kDoubleDouble};
+    return {run_double_double(model, settings, observe), Precision::kDoubleDouble};
   }
-  Outcome outcome = InteriorPoint<double>(model, settings, observe).run();
+  Outcome outcome = run_double(model, settings, observe);
   const bool trouble = outcome.status == Status::kNumericalTrouble || outcome.status == Status::kIterationLimit;
   if (settings.precision == Precision::kDouble || !trouble || operations(model) > kSmallProblem) {
     return {std::move(outcome), Precision::kDouble};
   }
-  Outcome again = InteriorPoint<linalg::DoubleDouble>(model, settings, observe).run();
+  Outcome again = run_double_double(model, settings, observe);
   again.iterations += outcome.iterations;
   again.assembly_s += outcome.assembly_s;
   again.factor_s += outcome.factor_s;
@@ -236,7 +235,7 @@ TRAMMEL_INLINE DimacsErrors dimacs_errors(const Problem& problem, const Eigen::V
 TRAMMEL_INLINE Solution solve(const Problem& problem, const Settings& settings, const ProgressObserver& observe) {
   const auto begin = std::chrono::steady_clock::now();
   validate(problem);
-  validate(settings, "sdp.settings");
+  trammel::validate(settings, "sdp.settings");
   const detail::Model model = detail::reduce(problem);
   auto [outcome, precision] = detail::run_passes(model, settings, observe);
   Solution solution;

@@ -8,7 +8,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "trammel/linalg/blocked_cholesky.hpp"
+#include "trammel/linalg/dense_kernels.hpp"
 #include "trammel/linalg/lanczos.hpp"
 #include "trammel/linalg/symmetric_eigen.hpp"
 #include "trammel/sdp/detail/coefficients.hpp"
@@ -23,6 +23,7 @@ class DenseCone {
   using Scalar = ScalarType;
   using Vector = VectorOf<Scalar>;
   using Matrix = MatrixOf<Scalar>;
+  using Dense = linalg::Dense<Scalar>;
 
   explicit DenseCone(const DenseData& data)
       : n_(data.size),
@@ -62,14 +63,11 @@ class DenseCone {
   [[nodiscard]] bool factorise() {
     factor_x_ = x_;
     factor_y_ = y_;
-    if (linalg::cholesky_in_place(factor_x_) != 0 || linalg::cholesky_in_place(factor_y_) != 0) {
+    if (Dense::cholesky(factor_x_) != 0 || Dense::cholesky(factor_y_) != 0) {
       return false;
     }
-    linalg::invert_lower_in_place(factor_x_);
-    for (Eigen::Index j = 1; j < n_; ++j) {
-      factor_x_.col(j).head(j).setZero();
-    }
-    linalg::inverse_from_factor(factor_x_, x_inverse_);
+    Dense::invert_lower(factor_x_);
+    Dense::inverse_from_factor(factor_x_, x_inverse_);
     return x_inverse_.allFinite();
   }
 
@@ -108,7 +106,7 @@ class DenseCone {
     if (has_second_) {
       work_ += second_;
     }
-    product_.noalias() = work_ * x_inverse_;
+    multiply(work_, x_inverse_, product_);
     dy_ = mu_ * x_inverse_ - y_;
     subtract_symmetric_part(product_, dy_);
   }
@@ -151,15 +149,22 @@ class DenseCone {
   static constexpr Eigen::Index kAlwaysDense = 24;   // no gain from sparse loops
   static constexpr double kNegligible = 16.0;        // residuals of this many rounding errors are none
 
+  void multiply(const Matrix& a, const Matrix& b, Matrix& out) const {
+    out.setZero(n_, n_);
+    Dense::add_product(a, b, Scalar(1), out);
+  }
+
   void add_adjoint(const Matrix& symmetric, Scalar scale, Vector& out) const {
     for (std::size_t k = 0; k < coefficients_.count(); ++k) {
       out[coefficients_.variable[k]] +=
           scale * coefficients_.inner(coefficients_.start[k], coefficients_.start[k + 1], symmetric);
     }
     for (std::size_t t = 0; t < low_rank_.size(); ++t) {
-      const Matrix product = symmetric.template selfadjointView<Eigen::Upper>() * vectors_[t];
-      const Vector squares = product.cwiseProduct(vectors_[t]).colwise().sum().transpose();
-      out[low_rank_[t].variable] += scale * squares.dot(low_rank_[t].weights.template cast<Scalar>());
+      Matrix product = Matrix::Zero(n_, vectors_[t].cols());
+      Dense::add_product(symmetric, vectors_[t], Scalar(1), product);
+      for (Eigen::Index k = 0; k < product.cols(); ++k) {
+        out[low_rank_[t].variable] += scale * Scalar(low_rank_[t].weights[k]) * product.col(k).dot(vectors_[t].col(k));
+      }
     }
   }
 
@@ -185,17 +190,16 @@ class DenseCone {
       }
     }
     for (std::size_t t = 0; t < low_rank_.size(); ++t) {
-      const Scalar factor = x[low_rank_[t].variable];
-      out.noalias() += vectors_[t] *
-                       (factor * low_rank_[t].weights.template cast<Scalar>()).asDiagonal() *
-                       vectors_[t].transpose();
+      const VectorOf<Scalar> weights = x[low_rank_[t].variable] * low_rank_[t].weights.template cast<Scalar>();
+      const Matrix scaled = vectors_[t] * weights.asDiagonal();
+      Dense::add_product_nt(scaled, vectors_[t], Scalar(1), out);
     }
   }
 
   /// out = a b for a symmetric b with the sparsity of X.
   void times_x_pattern(const Matrix& a, const Matrix& b, Matrix& out) const {
     if (!sparse_x_) {
-      out.noalias() = a * b;
+      multiply(a, b, out);
       return;
     }
     out.setZero(n_, n_);
@@ -223,7 +227,7 @@ class DenseCone {
   /// target_ -= sym(work_ X^-1), where an F_i needs it.
   void subtract_needed() {
     if (!sparse_adjoint_) {
-      product_.noalias() = work_ * x_inverse_;
+      multiply(work_, x_inverse_, product_);
       subtract_symmetric_part(product_, target_);
       return;
     }
@@ -239,14 +243,14 @@ class DenseCone {
   /// Smallest eigenvalue of L^-1 dX L^-T, X = L L', or the same for Y.
   [[nodiscard]] double exact_smallest(Side side) {
     if (side == Side::kX) {
-      product_.noalias() = factor_x_ * dx_;
-      work_.noalias() = product_ * factor_x_.transpose();
+      multiply(factor_x_, dx_, product_);
+      work_.setZero(n_, n_);
+      Dense::add_product_nt(product_, factor_x_, Scalar(1), work_);
     } else {
-      work_ = dy_;
-      factor_y_.template triangularView<Eigen::Lower>().solveInPlace(work_);
-      factor_y_.template triangularView<Eigen::Lower>()
-          .transpose()
-          .template solveInPlace<Eigen::OnTheRight>(work_);
+      product_ = dy_;
+      Dense::solve_right_transposed(factor_y_, product_);
+      work_ = product_.transpose();
+      Dense::solve_right_transposed(factor_y_, work_);
     }
     const Eigen::MatrixXd scaled = work_.template cast<double>();
     if (!scaled.allFinite()) {
@@ -260,25 +264,25 @@ class DenseCone {
       const linalg::LanczosSettings settings{.enough = -1.0 / enough};
       Eigen::VectorXd first(n_);
       Eigen::VectorXd second(n_);
-      if (side == Side::kX) {
-        return linalg::lanczos_smallest(
-            n_,
-            [&](const auto& in, Eigen::VectorXd& out) {
-              first.noalias() = factor_x_.template triangularView<Eigen::Lower>().transpose() * in;
-              second.noalias() = dx_.template selfadjointView<Eigen::Lower>() * first;
-              out.noalias() = factor_x_.template triangularView<Eigen::Lower>() * second;
-            },
-            settings);
-      }
-      return linalg::lanczos_smallest(
-          n_,
-          [&](const auto& in, Eigen::VectorXd& out) {
-            first = in;
-            factor_y_.template triangularView<Eigen::Lower>().transpose().solveInPlace(first);
-            out.noalias() = dy_.template selfadjointView<Eigen::Lower>() * first;
-            factor_y_.template triangularView<Eigen::Lower>().solveInPlace(out);
-          },
-          settings);
+      const auto scaled = [&](const auto& in, Eigen::VectorXd& out) {
+        first.setZero();
+        if (side == Side::kX) {
+          Dense::add_vector_product_t(factor_x_, in, 1.0, first);
+        } else {
+          first = in;
+          Dense::solve_lower_transposed(factor_y_, first);
+        }
+        second.setZero();
+        Dense::add_vector_product(side == Side::kX ? dx_ : dy_, first, 1.0, second);
+        if (side == Side::kX) {
+          out.setZero();
+          Dense::add_vector_product(factor_x_, second, 1.0, out);
+        } else {
+          out = second;
+          Dense::solve_lower(factor_y_, out);
+        }
+      };
+      return linalg::lanczos_smallest(n_, scaled, settings);
     } else {
       return exact_smallest(side);
     }

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "trammel/linalg/dense_kernels.hpp"
 #include "trammel/sdp/detail/coefficients.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::sdp::detail {
@@ -39,24 +40,7 @@ class DenseSchur {
   }
 
   void add(const Matrix& x_inverse, const Matrix& y, Matrix& schur) {
-    for (std::size_t t = 0; t < vectors_.size(); ++t) {
-      left_.noalias() = vectors_[t].transpose() * x_inverse;
-      right_.noalias() = vectors_[t].transpose() * y;
-      right_ = weights_[t].asDiagonal() * right_;
-      const int i = low_rank_variable_[t];
-      for (std::size_t s = t; s < vectors_.size(); ++s) {
-        const int j = low_rank_variable_[s];
-        const Matrix a = left_ * vectors_[s];
-        const Matrix b = right_ * vectors_[s];
-        const Scalar value = (a.cwiseProduct(b) * weights_[s]).sum();
-        schur(j, i) += i == j && s != t ? value + value : value;
-      }
-      for (std::size_t j = 0; j < coefficients_.count(); ++j) {
-        const Scalar value = dot_products(j);
-        const int other = coefficients_.variable[j];
-        schur(other, i) += other == i ? value + value : value;
-      }
-    }
+    add_low_rank(x_inverse, y, schur);
     for (std::size_t i = 0; i < coefficients_.count(); ++i) {
       switch (way_[i]) {
         case Way::kProduct:
@@ -111,14 +95,45 @@ class DenseSchur {
     }
   }
 
-  /// right_ <- rows of F_i Y on the support, left_ <- rows of X^-1 there; both r x n.
+  void add_low_rank(const Matrix& x_inverse, const Matrix& y, Matrix& schur) {
+    for (std::size_t t = 0; t < vectors_.size(); ++t) {
+      const Eigen::Index rank = vectors_[t].cols();
+      left_.setZero(rank, size_);
+      right_.setZero(rank, size_);
+      linalg::Dense<Scalar>::add_product_tn(vectors_[t], x_inverse, Scalar(1), left_);
+      linalg::Dense<Scalar>::add_product_tn(vectors_[t], y, Scalar(1), right_);
+      for (Eigen::Index c = 0; c < size_; ++c) {
+        right_.col(c).array() *= weights_[t].array();
+      }
+      const int i = low_rank_variable_[t];
+      for (std::size_t s = t; s < vectors_.size(); ++s) {
+        Matrix a = Matrix::Zero(rank, vectors_[s].cols());
+        Matrix b = a;
+        linalg::Dense<Scalar>::add_product(left_, vectors_[s], Scalar(1), a);
+        linalg::Dense<Scalar>::add_product(right_, vectors_[s], Scalar(1), b);
+        Scalar value(0);
+        for (Eigen::Index k = 0; k < a.cols(); ++k) {
+          value += weights_[s][k] * a.col(k).dot(b.col(k));
+        }
+        // Two parts of the same F_i meet twice: <F', X^-1 F'' Y> and <F'', X^-1 F' Y>.
+        schur(low_rank_variable_[s], i) += low_rank_variable_[s] == i && s != t ? value + value : value;
+      }
+      for (std::size_t j = 0; j < coefficients_.count(); ++j) {
+        const Scalar value = dot_products(j);
+        const int other = coefficients_.variable[j];
+        schur(other, i) += other == i ? value + value : value;
+      }
+    }
+  }
+
+  /// columns_ <- [left right and r columns of room]: columns of X^-1 on the support of F_i, and of Y F_i.
   void prepare(std::size_t i, const Matrix& x_inverse, const Matrix& y) {
     const std::vector<int>& support = support_[i];
     const auto rank = static_cast<Eigen::Index>(support.size());
     place_.resize(static_cast<std::size_t>(size_));
-    columns_.resize(size_, 2 * rank);
+    columns_.resize(size_, 3 * rank);
     auto left = columns_.leftCols(rank);
-    auto right = columns_.rightCols(rank);
+    auto right = columns_.middleCols(rank, rank);
     for (Eigen::Index s = 0; s < rank; ++s) {
       place_[static_cast<std::size_t>(support[static_cast<std::size_t>(s)])] = s;
       left.col(s) = x_inverse.col(support[static_cast<std::size_t>(s)]);
@@ -137,17 +152,17 @@ class DenseSchur {
 
   void add_product(std::size_t i, const Matrix& x_inverse, const Matrix& y, Matrix& schur) {
     prepare(i, x_inverse, y);
-    const Eigen::Index rank = columns_.cols() / 2;
-    product_.resize(size_, size_);
-    product_.template triangularView<Eigen::Upper>() =
-        columns_.leftCols(rank) * columns_.rightCols(rank).transpose();
-    product_.template triangularView<Eigen::Upper>() +=
-        columns_.rightCols(rank) * columns_.leftCols(rank).transpose();
+    // U + U' = [left right] [right left]', lower triangle.
+    const Eigen::Index rank = columns_.cols() / 3;
+    columns_.rightCols(rank) = columns_.leftCols(rank);
+    product_.setZero(size_, size_);
+    linalg::Dense<Scalar>::add_symmetric_nt(columns_.leftCols(2 * rank), columns_.rightCols(2 * rank), Scalar(1),
+                                            product_);
     const int variable = coefficients_.variable[i];
     for (std::size_t j = i; j < coefficients_.count(); ++j) {
       Scalar sum(0);
       for (std::size_t e = coefficients_.start[j]; e < coefficients_.start[j + 1]; ++e) {
-        sum += Scalar(coefficients_.half[e]) * product_(coefficients_.row[e], coefficients_.column[e]);
+        sum += Scalar(coefficients_.half[e]) * product_(coefficients_.column[e], coefficients_.row[e]);
       }
       schur(coefficients_.variable[j], variable) += sum;
     }
@@ -155,9 +170,9 @@ class DenseSchur {
 
   void add_dot_products(std::size_t i, const Matrix& x_inverse, const Matrix& y, Matrix& schur) {
     prepare(i, x_inverse, y);
-    const Eigen::Index rank = columns_.cols() / 2;
+    const Eigen::Index rank = columns_.cols() / 3;
     left_ = columns_.leftCols(rank).transpose();
-    right_ = columns_.rightCols(rank).transpose();
+    right_ = columns_.middleCols(rank, rank).transpose();
     for (std::size_t j = i; j < coefficients_.count(); ++j) {
       schur(coefficients_.variable[j], coefficients_.variable[i]) += dot_products(j);
     }

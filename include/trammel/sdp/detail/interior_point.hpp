@@ -14,26 +14,14 @@
 #include <vector>
 
 #include "trammel/core/progress.hpp"
-#include "trammel/linalg/double_double.hpp"
 #include "trammel/sdp/detail/dense_cone.hpp"
 #include "trammel/sdp/detail/diagonal_cone.hpp"
 #include "trammel/sdp/detail/model.hpp"
+#include "trammel/sdp/detail/outcome.hpp"
 #include "trammel/sdp/detail/schur_system.hpp"
 #include "trammel/sdp/solution.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::sdp::detail {
-
-/// What the iteration leaves; X, Y and x in the model's own parts.
-struct Outcome {
-  Status status = Status::kNumericalTrouble;
-  Eigen::VectorXd x;
-  Parts slack;
-  Parts multiplier;
-  double ray_violation = std::numeric_limits<double>::quiet_NaN();
-  int iterations = 0;
-  double assembly_s = 0.0;
-  double factor_s = 0.0;
-};
 
 template <class ScalarType>
 class InteriorPoint {
@@ -442,10 +430,5 @@ class InteriorPoint {
   double factor_s_ = 0.0;
   Iterate best_;
 };
-
-#ifdef TRAMMEL_COMPILED
-extern template class InteriorPoint<double>;
-extern template class InteriorPoint<linalg::DoubleDouble>;
-#endif
 
 }  // namespace trammel::inline TRAMMEL_ABI::sdp::detail

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "trammel/linalg/blocked_cholesky.hpp"
+#include "trammel/linalg/dense_kernels.hpp"
 #include "trammel/linalg/gmres.hpp"
 #include "trammel/sdp/detail/cone.hpp"
 
@@ -23,6 +23,7 @@ class SchurSystem {
  public:
   using Vector = VectorOf<Scalar>;
   using Matrix = MatrixOf<Scalar>;
+  using Dense = linalg::Dense<Scalar>;
 
   explicit SchurSystem(Matrix equations) : equations_(std::move(equations)) {}
 
@@ -43,18 +44,19 @@ class SchurSystem {
       const Scalar norm = equations_.squaredNorm();
       rho_ = norm > Scalar(0) ? std::max(matrix_.trace(), std::numeric_limits<Scalar>::epsilon()) / norm
                               : Scalar(0);
-      factor_.template selfadjointView<Eigen::Lower>().rankUpdate(equations_, rho_);
+      Dense::add_symmetric_nt(equations_, equations_, rho_, factor_);
     }
     scale(factor_, scaling_);
-    if (!scaling_.allFinite() || linalg::cholesky_in_place(factor_, guard()) < 0) {
+    if (!scaling_.allFinite() || Dense::cholesky(factor_, guard()) < 0) {
       return false;
     }
     if (k > 0) {
-      Matrix half = scaling_.asDiagonal() * equations_;
-      factor_.template triangularView<Eigen::Lower>().solveInPlace(half);
-      equation_factor_.noalias() = half.transpose() * half;
+      Matrix half = equations_.transpose() * scaling_.asDiagonal();
+      Dense::solve_right_transposed(factor_, half);
+      equation_factor_.setZero(k, k);
+      Dense::add_symmetric_nt(half, half, Scalar(1), equation_factor_);
       scale(equation_factor_, equation_scaling_);
-      if (linalg::cholesky_in_place(equation_factor_, guard()) < 0) {
+      if (Dense::cholesky(equation_factor_, guard()) < 0) {
         return false;
       }
     }
@@ -92,7 +94,7 @@ class SchurSystem {
     }
   }
 
-  /// Adds the upper triangle to the lower one, tile by tile.
+  /// Adds both triangles and makes the matrix symmetric, tile by tile.
   void fold() {
     constexpr Eigen::Index kTile = 32;
     const Eigen::Index m = matrix_.rows();
@@ -100,7 +102,9 @@ class SchurSystem {
       for (Eigen::Index i = j; i < m; i += kTile) {
         for (Eigen::Index c = j; c < std::min(j + kTile, m); ++c) {
           for (Eigen::Index r = std::max(i, c + 1); r < std::min(i + kTile, m); ++r) {
-            matrix_(r, c) += matrix_(c, r);
+            const Scalar sum = matrix_(r, c) + matrix_(c, r);
+            matrix_(r, c) = sum;
+            matrix_(c, r) = sum;
           }
         }
       }
@@ -111,18 +115,19 @@ class SchurSystem {
     const Eigen::Index m = equations_.rows();
     const Eigen::Index k = equations_.cols();
     Vector out(m + k);
-    out.head(m).noalias() = matrix_.template selfadjointView<Eigen::Lower>() * v.head(m);
+    out.setZero();
+    Dense::add_vector_product(matrix_, v.head(m), Scalar(1), out.head(m));
     if (k > 0) {
-      out.head(m).noalias() -= equations_ * v.tail(k);
-      out.tail(k).noalias() = equations_.transpose() * v.head(m);
+      Dense::add_vector_product(equations_, v.tail(k), Scalar(-1), out.head(m));
+      Dense::add_vector_product_t(equations_, v.head(m), Scalar(1), out.tail(k));
     }
     return out;
   }
 
   static void solve_factored(const Matrix& factor, const Vector& scaling, Vector& v) {
     v.array() *= scaling.array();
-    factor.template triangularView<Eigen::Lower>().solveInPlace(v);
-    factor.template triangularView<Eigen::Lower>().transpose().solveInPlace(v);
+    Dense::solve_lower(factor, v);
+    Dense::solve_lower_transposed(factor, v);
     v.array() *= scaling.array();
   }
 
@@ -134,12 +139,14 @@ class SchurSystem {
       solve_factored(factor_, scaling_, dx);
       return dx;
     }
-    dx.noalias() += rho_ * (equations_ * v.tail(k));
+    Dense::add_vector_product(equations_, v.tail(k), rho_, dx);
     const Vector right = dx;
     solve_factored(factor_, scaling_, dx);
-    Vector df = v.tail(k) - equations_.transpose() * dx;
+    Vector df = v.tail(k);
+    Dense::add_vector_product_t(equations_, dx, Scalar(-1), df);
     solve_factored(equation_factor_, equation_scaling_, df);
-    dx = right + equations_ * df;
+    dx = right;
+    Dense::add_vector_product(equations_, df, Scalar(1), dx);
     solve_factored(factor_, scaling_, dx);
     Vector out(m + k);
     out << dx, df;
