@@ -189,6 +189,9 @@ class InteriorPoint {
       best_error_ = error_;
       keep(best_);
     }
+#ifdef TRACE
+    if (getenv("TR")) printf("%3d p %.10e d %.10e pe %.1e de %.1e gap %.1e xy %.1e |x| %.1e |Y| %.1e xd %.1e DY %.1e step %.3f %.3f res %.1e\n", iteration_, (double)primal_objective_, (double)dual_objective_, primal_error_, dual_error_, gap, (double)(inner/size), (double)x_.norm(), dense_.empty()?0.0:(double)dense_[0].y().norm(), (double)(x_.dot(dual_residual_)/size), (double)((primal_objective_-dual_objective_-inner-x_.dot(dual_residual_))/size), step_x_, step_y_, (double)system_.relative_residual());
+#endif
     if (observe_) {
       const double range = std::log10(std::max(best_error_, settings_.tolerance)) / std::log10(settings_.tolerance);
       fraction_ = std::max(fraction_, std::clamp(range, 0.0, 1.0));
