@@ -72,7 +72,7 @@ template <class Scalar, class Apply, class Precondition>
     right[k] = cosine[k] * right[k];
     ++k;
     const Scalar now = abs(right[k]);
-    if (!(now > tolerance * scale) || !(length > Scalar(0)) || now > previous / Scalar(2)) {
+    if (!(now > tolerance * scale) || !(length > Scalar(0)) || now > previous * Scalar(0.98)) {
       break;
     }
     previous = now;

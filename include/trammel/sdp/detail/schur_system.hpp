@@ -46,8 +46,7 @@ class SchurSystem {
                               : Scalar(0);
       Dense::add_symmetric_nt(equations_, equations_, rho_, factor_);
     }
-    scale(factor_, scaling_);
-    if (!scaling_.allFinite() || Dense::cholesky(factor_, guard()) < 0) {
+    if (!factor_shifted(Matrix(factor_), factor_, scaling_, shift_)) {
       return false;
     }
     if (k > 0) {
@@ -55,8 +54,7 @@ class SchurSystem {
       Dense::solve_right_transposed(factor_, half);
       equation_factor_.setZero(k, k);
       Dense::add_symmetric_nt(half, half, Scalar(1), equation_factor_);
-      scale(equation_factor_, equation_scaling_);
-      if (Dense::cholesky(equation_factor_, guard()) < 0) {
+      if (!factor_shifted(Matrix(equation_factor_), equation_factor_, equation_scaling_, equation_shift_)) {
         return false;
       }
     }
@@ -65,8 +63,8 @@ class SchurSystem {
 
   /// Solution [dx; df] for the right-hand side [r; e].
   [[nodiscard]] Vector solve(const Vector& right) {
-    constexpr int kMaxSteps = 15;
-    constexpr double kRoundingErrors = 4.0;
+    static const int kMaxSteps = getenv("GS") ? atoi(getenv("GS")) : 25;
+    static const double kRoundingErrors = getenv("GE") ? atof(getenv("GE")) : 100.0;
     return linalg::gmres<Scalar>(
         right, [&](const auto& v) { return apply(v); }, [&](const auto& v) { return precondition(v); }, kMaxSteps,
         Scalar(kRoundingErrors) * std::numeric_limits<Scalar>::epsilon(), relative_residual_);
@@ -76,10 +74,28 @@ class SchurSystem {
   [[nodiscard]] Scalar relative_residual() const { return relative_residual_; }
 
  private:
-  static linalg::PivotGuard<Scalar> guard() {
-    constexpr double kRoundingErrors = 8.0;
-    constexpr double kFixed = 1e60;
-    return {Scalar(kRoundingErrors) * std::numeric_limits<Scalar>::epsilon(), Scalar(kFixed)};
+  /// Cholesky factor of S A S + shift I with unit diagonal; raises the shift until every pivot is larger than the
+  /// rounding errors in it. Dependent constraints need a shift of that size, independent ones none.
+  [[nodiscard]] static bool factor_shifted(const Matrix& a, Matrix& factor, Vector& scaling, Scalar& shift) {
+    constexpr double kStep = 10.0;
+    constexpr double kLargest = 1e-4;
+    const Scalar eps = std::numeric_limits<Scalar>::epsilon();
+    shift = shift > Scalar(kStep) * eps ? shift / Scalar(kStep) : Scalar(0);
+    for (;;) {
+      factor = a;
+      scale(factor, scaling);
+      if (!scaling.allFinite()) {
+        return false;
+      }
+      factor.diagonal().array() += shift;
+      if (Dense::cholesky(factor, {.threshold = Scalar(kPivotRoundingErrors) * eps}) == 0) {
+        return true;
+      }
+      shift = std::max(Scalar(kStep) * eps, shift * Scalar(kStep));
+      if (!(shift < Scalar(kLargest))) {
+        return false;
+      }
+    }
   }
 
   /// a <- S a S with unit diagonal, lower triangle.
@@ -159,7 +175,11 @@ class SchurSystem {
   Vector scaling_;
   Matrix equation_factor_;
   Vector equation_scaling_;
+  static constexpr double kPivotRoundingErrors = 4.0;  // smaller pivots are rounding errors
+
   Scalar rho_{0};
+  Scalar shift_{0};
+  Scalar equation_shift_{0};
   Scalar relative_residual_{0};
 };
 
