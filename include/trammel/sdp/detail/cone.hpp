@@ -31,6 +31,8 @@ enum class Side { kX, kY };
 /// | add_schur            | B_ij += <F_i, X^-1 F_j Y>                                                           |
 /// | begin_direction      | out_i += <F_i, mu X^-1 - Y - sym(X^-1 (D Y + [dX dY]))>, [] only in the corrector   |
 /// | finish_direction     | dX = D + sum dx_i F_i, dY = mu X^-1 - Y - sym(X^-1 (dX Y + [..]))                   |
+/// | refine_direction     | dX += sum dx_i F_i, dY -= sym(X^-1 (sum dx_i F_i) Y)                                |
+/// | add_adjoint_dy       | out_i += scale <F_i, dY>                                                            |
 /// | max_step             | largest a with X + a dX (or Y + a dY) in the cone, a little less, or infinity       |
 /// | step                 | X += a dX or Y += a dY                                                              |
 /// | inner_product        | <X, Y>; after_step: <X + a dX, Y + b dY>                                            |
@@ -44,6 +46,8 @@ concept Cone = requires(C cone, const C& constant, const VectorOf<typename C::Sc
   cone.add_schur(schur);
   cone.begin_direction(a, second_order, out);
   cone.finish_direction(x);
+  cone.refine_direction(x);
+  constant.add_adjoint_dy(out, a);
   { cone.max_step(Side::kX, a) } -> std::same_as<double>;
   cone.step(Side::kX, a);
   { constant.inner_product() } -> std::same_as<typename C::Scalar>;

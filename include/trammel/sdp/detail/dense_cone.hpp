@@ -111,6 +111,17 @@ class DenseCone {
     subtract_symmetric_part(product_, dy_);
   }
 
+  void refine_direction(const Vector& dx) {
+    target_.setZero(n_, n_);
+    add_operator(dx, Scalar(0), target_);
+    dx_ += target_;
+    times_x_pattern(y_, target_, work_);
+    multiply(work_, x_inverse_, product_);
+    subtract_symmetric_part(product_, dy_);
+  }
+
+  void add_adjoint_dy(Vector& out, Scalar scale) const { add_adjoint(dy_, scale, out); }
+
   /// The step is exact for small blocks; by Lanczos, and a little less, for large ones. `enough`: larger steps need
   /// not be told apart.
   [[nodiscard]] double max_step(Side side, Scalar enough) {

@@ -83,6 +83,15 @@ class DiagonalCone {
     dy_ = ((mu_ - second_.array() - dx_.array() * y_.array()) / x_.array() - y_.array()).matrix();
   }
 
+  void refine_direction(const Vector& dx) {
+    Vector change = Vector::Zero(size());
+    add_operator(dx, Scalar(0), change);
+    dx_ += change;
+    dy_.array() -= change.array() * y_.array() / x_.array();
+  }
+
+  void add_adjoint_dy(Vector& out, Scalar scale) const { add_adjoint(dy_, scale, out); }
+
   [[nodiscard]] double max_step(Side side, Scalar /*enough*/) const {
     const Vector& point = side == Side::kX ? x_ : y_;
     const Vector& direction = side == Side::kX ? dx_ : dy_;
