@@ -53,6 +53,11 @@ class DenseCone {
     y_ = Matrix::Identity(n_, n_) * y;
   }
 
+  void set(const Matrix& x, const Matrix& y) {
+    x_ = x;
+    y_ = y;
+  }
+
   void update_residual(const Vector& x) {
     d_ = -x_;
     add_operator(x, Scalar(1), d_);

@@ -38,7 +38,7 @@ class DiagonalCone {
   [[nodiscard]] const Vector& x() const { return x_; }
   [[nodiscard]] const Vector& y() const { return y_; }
 
-  void start(const Vector& x, const Vector& y) {
+  void set(const Vector& x, const Vector& y) {
     x_ = x;
     y_ = y;
   }

@@ -49,7 +49,9 @@ class InteriorPoint {
     for (iteration_ = 0;; ++iteration_) {
       measure();
       if (const std::optional<Status> reason = reason_to_stop()) {
-        return finish(*reason);
+        if (*reason != Status::kNumericalTrouble || !change_strategy()) {
+          return finish(*reason);
+        }
       }
       if (!build_schur_system()) {
         return finish(Status::kNumericalTrouble);
@@ -137,7 +139,7 @@ class InteriorPoint {
       }
     }
     const auto [x0, y0] = starting_sizes(squares, constant, 1);
-    diagonal_.start(Vector::Constant(rows, Scalar(x0)), Vector::Constant(rows, Scalar(y0)));
+    diagonal_.set(Vector::Constant(rows, Scalar(x0)), Vector::Constant(rows, Scalar(y0)));
     total_size_ += static_cast<int>(rows);
   }
 
@@ -219,10 +221,31 @@ class InteriorPoint {
       return Status::kIterationLimit;
     }
     const bool stuck = std::max(step_x_, step_y_) < kSmallestStep;
-    if (!std::isfinite(error_) || stuck || iteration_ - last_progress_ > kPatience) {
+    if (!std::isfinite(error_) || stuck || iteration_ - last_progress_ > (small_pivots_ == SmallPivots::kHold ? kShortPatience : kPatience)) {
       return Status::kNumericalTrouble;
     }
     return std::nullopt;
+  }
+
+  /// After trouble, once: back to the best iterate, and every direction of the Schur complement is kept.
+  [[nodiscard]] bool change_strategy() {
+    if (small_pivots_ == SmallPivots::kShift) {
+      return false;
+    }
+    small_pivots_ = SmallPivots::kShift;
+    system_.treat_small_pivots(small_pivots_);
+    x_ = best_.x;
+    free_ = best_.free;
+    for (std::size_t b = 0; b < dense_.size(); ++b) {
+      dense_[b].set(best_.dense_x[b], best_.dense_y[b]);
+    }
+    diagonal_.set(best_.diagonal_x, best_.diagonal_y);
+    bool inside = true;
+    for_each_cone([&](auto& cone) { inside = cone.factorise() && inside; });
+    last_progress_ = iteration_;
+    step_x_ = step_y_ = 1.0;
+    measure();
+    return inside;
   }
 
   /// Looks for a ray: Y / <F_0, Y> against (P), x / |c'x| against (D).
@@ -295,7 +318,7 @@ class InteriorPoint {
   /// Corrects dY where rounding errors in its evaluation, and not only in dx, leave <F_i, Y + dY> away from c_i: by
   /// Newton steps for that residual alone, whose own errors are relative to the correction.
   void refine_direction() {
-    static const int kMaxCorrections = getenv("RC") ? atoi(getenv("RC")) : 4;
+    constexpr int kMaxCorrections = 4;
     constexpr double kWorthIt = 1e-3;  // of the tolerance
     const Eigen::Index m = cost_.size();
     const double size = static_cast<double>(Scalar(1) + max_abs(cost_));
@@ -425,7 +448,8 @@ class InteriorPoint {
   }
 
   static constexpr double kRealProgress = 0.9;     // smaller improvements do not count
-  static constexpr int kPatience = 15;             // iterations without progress
+  static constexpr int kShortPatience = 6;         // iterations without progress before the strategy changes
+  static constexpr int kPatience = 15;             // and before giving up
   static constexpr double kSmallestStep = 1e-7;    // of both steps
   static constexpr double kSmallestCentring = 0.1;
 
@@ -441,6 +465,7 @@ class InteriorPoint {
   Scalar constant_size_{0};
   int total_size_ = 0;
 
+  SmallPivots small_pivots_ = SmallPivots::kHold;
   int iteration_ = 0;
   int last_progress_ = 0;
   Vector x_;

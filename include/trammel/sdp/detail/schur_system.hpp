@@ -13,11 +13,18 @@
 
 namespace trammel::inline TRAMMEL_ABI::sdp::detail {
 
+/// What to do with pivots of the Schur complement that are no larger than their rounding errors. They belong to
+/// dependent constraints, and near the solution also to directions that hardly matter or, where a problem has no
+/// interior points, to ones that do.
+enum class SmallPivots {
+  kHold,   ///< the variable does not move: stable, but the directions are lost
+  kShift,  ///< add a multiple of the identity, just large enough: less stable, every direction is kept
+};
+
 /// Solves
 ///   B dx - G df = r,   G' dx = e
 /// for positive semidefinite B (m x m) and the equations' coefficients G (m x k) by the Cholesky factor of
-/// K = B + rho G G', scaled to unit diagonal, and of G' K^-1 G. Pivots that are rounding errors belong to dependent
-/// constraints; their variables are held fixed. The solution is then refined against the system itself.
+/// K = B + rho G G', scaled to unit diagonal, and of G' K^-1 G, then refines the solution against the system itself.
 template <class Scalar>
 class SchurSystem {
  public:
@@ -26,6 +33,8 @@ class SchurSystem {
   using Dense = linalg::Dense<Scalar>;
 
   explicit SchurSystem(Matrix equations) : equations_(std::move(equations)) {}
+
+  void treat_small_pivots(SmallPivots treatment) { small_pivots_ = treatment; }
 
   /// B with zeros, to be filled with each pair (i, j) once, in either triangle.
   [[nodiscard]] Matrix& clear() {
@@ -46,7 +55,7 @@ class SchurSystem {
                               : Scalar(0);
       Dense::add_symmetric_nt(equations_, equations_, rho_, factor_);
     }
-    if (!factor_shifted(Matrix(factor_), factor_, scaling_, shift_)) {
+    if (!factor_guarded(Matrix(factor_), factor_, scaling_, shift_)) {
       return false;
     }
     if (k > 0) {
@@ -54,7 +63,7 @@ class SchurSystem {
       Dense::solve_right_transposed(factor_, half);
       equation_factor_.setZero(k, k);
       Dense::add_symmetric_nt(half, half, Scalar(1), equation_factor_);
-      if (!factor_shifted(Matrix(equation_factor_), equation_factor_, equation_scaling_, equation_shift_)) {
+      if (!factor_guarded(Matrix(equation_factor_), equation_factor_, equation_scaling_, equation_shift_)) {
         return false;
       }
     }
@@ -63,10 +72,10 @@ class SchurSystem {
 
   /// Solution [dx; df] for the right-hand side [r; e].
   [[nodiscard]] Vector solve(const Vector& right) {
-    static const int kMaxSteps = getenv("GS") ? atoi(getenv("GS")) : 25;
-    static const double kRoundingErrors = getenv("GE") ? atof(getenv("GE")) : 100.0;
+    const int max_steps = small_pivots_ == SmallPivots::kHold ? 8 : 40;
+    constexpr double kRoundingErrors = 4.0;
     return linalg::gmres<Scalar>(
-        right, [&](const auto& v) { return apply(v); }, [&](const auto& v) { return precondition(v); }, kMaxSteps,
+        right, [&](const auto& v) { return apply(v); }, [&](const auto& v) { return precondition(v); }, max_steps,
         Scalar(kRoundingErrors) * std::numeric_limits<Scalar>::epsilon(), relative_residual_);
   }
 
@@ -74,9 +83,8 @@ class SchurSystem {
   [[nodiscard]] Scalar relative_residual() const { return relative_residual_; }
 
  private:
-  /// Cholesky factor of S A S + shift I with unit diagonal; raises the shift until every pivot is larger than the
-  /// rounding errors in it. Dependent constraints need a shift of that size, independent ones none.
-  [[nodiscard]] static bool factor_shifted(const Matrix& a, Matrix& factor, Vector& scaling, Scalar& shift) {
+  /// Cholesky factor of S A S with unit diagonal, small pivots treated as asked for.
+  [[nodiscard]] bool factor_guarded(const Matrix& a, Matrix& factor, Vector& scaling, Scalar& shift) {
     constexpr double kStep = 10.0;
     constexpr double kLargest = 1e-4;
     const Scalar eps = std::numeric_limits<Scalar>::epsilon();
@@ -86,6 +94,10 @@ class SchurSystem {
       scale(factor, scaling);
       if (!scaling.allFinite()) {
         return false;
+      }
+      if (small_pivots_ == SmallPivots::kHold) {
+        const linalg::PivotGuard<Scalar> guard{Scalar(kPivotRoundingErrors) * eps, Scalar(kHeld)};
+        return Dense::cholesky(factor, guard) >= 0;
       }
       factor.diagonal().array() += shift;
       if (Dense::cholesky(factor, {.threshold = Scalar(kPivotRoundingErrors) * eps}) == 0) {
@@ -175,8 +187,10 @@ class SchurSystem {
   Vector scaling_;
   Matrix equation_factor_;
   Vector equation_scaling_;
-  static constexpr double kPivotRoundingErrors = 4.0;  // smaller pivots are rounding errors
+  static constexpr double kPivotRoundingErrors = 8.0;  // smaller pivots are rounding errors
+  static constexpr double kHeld = 1e60;                // pivot of a variable that does not move
 
+  SmallPivots small_pivots_ = SmallPivots::kHold;
   Scalar rho_{0};
   Scalar shift_{0};
   Scalar equation_shift_{0};
