@@ -29,6 +29,9 @@ enum class Side { kX, kY };
 /// | factorise            | prepares X^-1 and the factors of X and Y; false: not in the interior                |
 /// | add_adjoint_y        | out_i += scale <F_i, Y>                                                             |
 /// | add_schur            | B_ij += <F_i, X^-1 F_j Y>                                                           |
+/// | add_gram             | G_ij += <F_i, F_j>                                                                  |
+/// | subtract_from_y      | Y -= sum z_i F_i                                                                    |
+/// | smallest_y           | lambda_min(Y), any number >= 0 where that is positive                               |
 /// | begin_direction      | out_i += <F_i, mu X^-1 - Y - sym(X^-1 (D Y + [dX dY]))>, [] only in the corrector   |
 /// | finish_direction     | dX = D + sum dx_i F_i, dY = mu X^-1 - Y - sym(X^-1 (dX Y + [..]))                   |
 /// | refine_direction     | dX += sum dx_i F_i, dY -= sym(X^-1 (sum dx_i F_i) Y)                                |
@@ -44,6 +47,9 @@ concept Cone = requires(C cone, const C& constant, const VectorOf<typename C::Sc
   { cone.factorise() } -> std::same_as<bool>;
   constant.add_adjoint_y(out, a);
   cone.add_schur(schur);
+  cone.add_gram(schur);
+  cone.subtract_from_y(x);
+  { cone.smallest_y() } -> std::same_as<double>;
   cone.begin_direction(a, second_order, out);
   cone.finish_direction(x);
   cone.refine_direction(x);

@@ -80,6 +80,30 @@ class DenseCone {
 
   void add_schur(Matrix& schur) { schur_.add(x_inverse_, y_, schur); }
 
+  void add_gram(Matrix& gram) {
+    const Matrix identity = Matrix::Identity(n_, n_);
+    schur_.add(identity, identity, gram);
+  }
+
+  void subtract_from_y(const Vector& z) {
+    work_.setZero(n_, n_);
+    add_operator(z, Scalar(0), work_);
+    y_ -= work_;
+  }
+
+  /// Smallest eigenvalue of Y; 0 stands for any positive one.
+  [[nodiscard]] double smallest_y() {
+    work_ = y_;
+    if (Dense::cholesky(work_) == 0) {
+      return 0.0;
+    }
+    const Eigen::MatrixXd rounded = y_.template cast<double>();
+    if (!rounded.allFinite()) {
+      return -std::numeric_limits<double>::infinity();
+    }
+    return linalg::SymmetricEigen(rounded, Eigen::EigenvaluesOnly).eigenvalues()[0];
+  }
+
   void begin_direction(Scalar mu, bool second_order, Vector& out) {
     mu_ = mu;
     has_second_ = second_order;

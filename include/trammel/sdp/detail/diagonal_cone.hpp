@@ -54,15 +54,28 @@ class DiagonalCone {
 
   void add_schur(Matrix& schur) const {
     for (Eigen::Index r = 0; r < size(); ++r) {
-      const Scalar weight = y_[r] / x_[r];
-      const auto [begin, end] = row(r);
-      for (std::size_t i = begin; i < end; ++i) {
-        const Scalar scaled = weight * Scalar(data_.entries[i].value);
-        for (std::size_t j = i; j < end; ++j) {
-          schur(data_.entries[j].variable, data_.entries[i].variable) += scaled * Scalar(data_.entries[j].value);
-        }
-      }
+      add_row_products(r, y_[r] / x_[r], schur);
     }
+  }
+
+  void add_gram(Matrix& gram) const {
+    for (Eigen::Index r = 0; r < size(); ++r) {
+      add_row_products(r, Scalar(1), gram);
+    }
+  }
+
+  void subtract_from_y(const Vector& z) {
+    dy_.setZero();
+    add_operator(z, Scalar(0), dy_);
+    y_ -= dy_;
+  }
+
+  [[nodiscard]] double smallest_y() const {
+    double smallest = std::numeric_limits<double>::infinity();
+    for (Eigen::Index r = 0; r < size(); ++r) {
+      smallest = std::min(smallest, static_cast<double>(y_[r]));
+    }
+    return smallest;
   }
 
   void begin_direction(Scalar mu, bool second_order, Vector& out) {
@@ -142,6 +155,16 @@ class DiagonalCone {
       ++begin;
     }
     return {begin, end};
+  }
+
+  void add_row_products(Eigen::Index r, Scalar weight, Matrix& out) const {
+    const auto [begin, end] = row(r);
+    for (std::size_t i = begin; i < end; ++i) {
+      const Scalar scaled = weight * Scalar(data_.entries[i].value);
+      for (std::size_t j = i; j < end; ++j) {
+        out(data_.entries[j].variable, data_.entries[i].variable) += scaled * Scalar(data_.entries[j].value);
+      }
+    }
   }
 
   void add_adjoint(const Vector& y, Scalar scale, Vector& out) const {

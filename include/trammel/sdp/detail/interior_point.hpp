@@ -183,7 +183,7 @@ class InteriorPoint {
     dual_error_ = static_cast<double>(dual_residual_.norm() / (Scalar(1) + max_abs(cost_)));
     primal_error_ = static_cast<double>(sqrt(squares) / (Scalar(1) + constant_size_));
     const double gap = static_cast<double>(abs(primal_objective_ - dual_objective_) / size);
-    error_ = std::max({dual_error_, primal_error_, gap, static_cast<double>(inner / size)});
+    error_ = std::max({dual_error_, primal_error_, gap, std::abs(static_cast<double>(inner / size)), negative_y_});
     if (error_ < best_error_) {
       if (error_ < kRealProgress * best_error_) {
         last_progress_ = iteration_;
@@ -234,18 +234,47 @@ class InteriorPoint {
     }
     small_pivots_ = SmallPivots::kShift;
     system_.treat_small_pivots(small_pivots_);
-    x_ = best_.x;
-    free_ = best_.free;
-    for (std::size_t b = 0; b < dense_.size(); ++b) {
-      dense_[b].set(best_.dense_x[b], best_.dense_y[b]);
-    }
-    diagonal_.set(best_.diagonal_x, best_.diagonal_y);
+    restore_best();
     bool inside = true;
     for_each_cone([&](auto& cone) { inside = cone.factorise() && inside; });
     last_progress_ = iteration_;
     step_x_ = step_y_ = 1.0;
     measure();
     return inside;
+  }
+
+  void restore_best() {
+    x_ = best_.x;
+    free_ = best_.free;
+    for (std::size_t b = 0; b < dense_.size(); ++b) {
+      dense_[b].set(best_.dense_x[b], best_.dense_y[b]);
+    }
+    diagonal_.set(best_.diagonal_x, best_.diagonal_y);
+  }
+
+  /// Where <F_i, Y> = c_i is what the best iterate violates most: moves Y to the nearest point where it holds, and
+  /// keeps that if the error measures, with the eigenvalues of Y that became negative, are smaller then.
+  void project_multiplier() {
+    restore_best();
+    measure();
+    if (!(dual_error_ > settings_.tolerance) || !std::isfinite(dual_error_)) {
+      return;
+    }
+    Matrix& gram = system_.clear();
+    for_each_cone([&](auto& cone) { cone.add_gram(gram); });
+    if (!system_.factorise()) {
+      return;
+    }
+    Vector right = Vector::Zero(cost_.size() + equations_.cols());
+    right.head(cost_.size()) = -dual_residual_;
+    const Vector solution = system_.solve(right);
+    const Vector correction = solution.head(cost_.size());
+    free_ += solution.tail(equations_.cols());
+    for_each_cone([&](auto& cone) { cone.subtract_from_y(correction); });
+    double smallest = 0.0;
+    for_each_cone([&](auto& cone) { smallest = std::min(smallest, cone.smallest_y()); });
+    negative_y_ = -smallest / static_cast<double>(Scalar(1) + max_abs(cost_));
+    measure();
   }
 
   /// Looks for a ray: Y / <F_0, Y> against (P), x / |c'x| against (D).
@@ -426,7 +455,10 @@ class InteriorPoint {
     const bool infeasible = status == Status::kPrimalInfeasible || status == Status::kDualInfeasible;
     if (infeasible) {
       keep(best_);
-    } else if (status != Status::kOptimal && best_error_ <= settings_.acceptable_tolerance) {
+    } else if (status != Status::kOptimal) {
+      project_multiplier();
+    }
+    if (!infeasible && status != Status::kOptimal && best_error_ <= settings_.acceptable_tolerance) {
       status = Status::kOptimal;
     }
     Outcome outcome;
@@ -479,6 +511,7 @@ class InteriorPoint {
   Scalar mu_{0};
   double primal_error_ = 0.0;
   double dual_error_ = 0.0;
+  double negative_y_ = 0.0;
   double error_ = 0.0;
   double step_x_ = 1.0;
   double step_y_ = 1.0;
