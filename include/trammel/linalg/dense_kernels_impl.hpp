@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <type_traits>
+#include <vector>
 
 #include "trammel/linalg/dense_kernels.hpp"
+#include "trammel/linalg/double_double.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::linalg {
 
@@ -24,11 +26,84 @@ inline Eigen::Index split(Eigen::Index size) {
 
 }  // namespace detail
 
+namespace detail {
+
+/// A DoubleDouble matrix as a sum of double matrices whose products are exact: slice p holds multiples of
+/// 2^(e - kSliceBits (p + 1)), e the exponent of the largest entry of a row (or column).
+struct Slices {
+  static constexpr int kSliceBits = 22;          // 2 (22 - 1) bits of a product, 8 of a sum of kDepth, 3 of kCount
+  static constexpr int kCount = 5;               // 110 bits in all
+  static constexpr Eigen::Index kDepth = 256;    // terms of one sum
+
+  /// `by_row`: one exponent per row, otherwise one per column.
+  Slices(const ConstBlockRef<DoubleDouble>& a, bool by_row) {
+    parts.assign(kCount, Eigen::MatrixXd(a.rows(), a.cols()));
+    Eigen::VectorXd largest = Eigen::VectorXd::Zero(by_row ? a.rows() : a.cols());
+    for (Eigen::Index j = 0; j < a.cols(); ++j) {
+      for (Eigen::Index i = 0; i < a.rows(); ++i) {
+        double& line = largest[by_row ? i : j];
+        line = std::max(line, std::abs(a(i, j).high()));
+      }
+    }
+    for (double& line : largest) {
+      line = std::isfinite(line) ? std::ldexp(1.5, std::ilogb(line) + 1 + kMantissaBits) : line;
+    }
+    for (Eigen::Index j = 0; j < a.cols(); ++j) {
+      for (Eigen::Index i = 0; i < a.rows(); ++i) {
+        DoubleDouble rest = a(i, j);
+        double anchor = largest[by_row ? i : j];
+        for (Eigen::MatrixXd& part : parts) {
+          anchor *= kSliceUnit;
+          const double piece = (rest.high() + anchor) - anchor;
+          part(i, j) = piece;
+          rest -= piece;
+        }
+      }
+    }
+  }
+
+  std::vector<Eigen::MatrixXd> parts;
+
+ private:
+  static constexpr int kMantissaBits = 52;
+  static constexpr double kSliceUnit = 1.0 / (1 << kSliceBits);
+};
+
+/// c += scale a b to nearly full precision from products of doubles (Ozaki, Ogita, Oishi, Rump 2012).
+inline void add_sliced_product(const ConstBlockRef<DoubleDouble>& a, const ConstBlockRef<DoubleDouble>& b,
+                               DoubleDouble scale, BlockRef<DoubleDouble> c) {
+  Eigen::MatrixXd sum(c.rows(), c.cols());
+  for (Eigen::Index k = 0; k < a.cols(); k += Slices::kDepth) {
+    const Eigen::Index depth = std::min(Slices::kDepth, a.cols() - k);
+    const Slices left(a.middleCols(k, depth), true);
+    const Slices right(b.middleRows(k, depth), false);
+    for (int order = Slices::kCount - 1; order >= 0; --order) {
+      sum.setZero();
+      for (int p = 0; p <= order; ++p) {
+        Dense<double>::add_product(left.parts[static_cast<std::size_t>(p)],
+                                   right.parts[static_cast<std::size_t>(order - p)], 1.0, sum);
+      }
+      for (Eigen::Index j = 0; j < c.cols(); ++j) {
+        for (Eigen::Index i = 0; i < c.rows(); ++i) {
+          c(i, j) += scale * DoubleDouble(sum(i, j));
+        }
+      }
+    }
+  }
+}
+
+}  // namespace detail
+
 template <class Scalar>
 void Dense<Scalar>::add_product(const ConstBlock& a, const ConstBlock& b, Scalar scale, Block c) {
   if constexpr (std::is_same_v<Scalar, double>) {
     c.noalias() += scale * a * b;
   } else {
+    constexpr Eigen::Index kThin = 16;  // below, slicing costs more than it saves
+    if (a.rows() >= kThin && a.cols() >= kThin && b.cols() >= kThin) {
+      detail::add_sliced_product(a, b, scale, c);
+      return;
+    }
     for (Eigen::Index j = 0; j < b.cols(); ++j) {
       for (Eigen::Index k = 0; k < a.cols(); ++k) {
         const Scalar factor = scale * b(k, j);

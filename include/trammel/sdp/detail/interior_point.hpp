@@ -95,6 +95,7 @@ class InteriorPoint {
     equations_ = equation_matrix(model_);
     equation_right_ = Vector::Zero(model_.equations.size);
     constant_size_ = Scalar(0);
+    coefficient_squares_ = Eigen::VectorXd::Zero(m);
     for (const DiagonalEntry& e : model_.equations.entries) {
       if (e.variable == kConstant) {
         equation_right_[e.row] = Scalar(e.value);
@@ -119,6 +120,7 @@ class InteriorPoint {
              t.vectors.transpose())
                 .trace();
       }
+      coefficient_squares_ += squares;
       const auto [x0, y0] = starting_sizes(squares, constant, model_.dense[b].size);
       dense_[b].start(Scalar(x0), Scalar(y0));
       total_size_ += model_.dense[b].size;
@@ -138,6 +140,7 @@ class InteriorPoint {
         squares[e.variable] += e.value * e.value;
       }
     }
+    coefficient_squares_ += squares;
     const auto [x0, y0] = starting_sizes(squares, constant, 1);
     diagonal_.set(Vector::Constant(rows, Scalar(x0)), Vector::Constant(rows, Scalar(y0)));
     total_size_ += static_cast<int>(rows);
@@ -183,6 +186,7 @@ class InteriorPoint {
     dual_error_ = static_cast<double>(dual_residual_.norm() / (Scalar(1) + max_abs(cost_)));
     primal_error_ = static_cast<double>(sqrt(squares) / (Scalar(1) + constant_size_));
     const double gap = static_cast<double>(abs(primal_objective_ - dual_objective_) / size);
+    primal_error_ = std::max(primal_error_, rounding_error());
     error_ = std::max({dual_error_, primal_error_, gap, std::abs(static_cast<double>(inner / size)), negative_y_});
     if (error_ < best_error_) {
       if (error_ < kRealProgress * best_error_) {
@@ -198,6 +202,17 @@ class InteriorPoint {
       const double range = std::log10(std::max(best_error_, settings_.tolerance)) / std::log10(settings_.tolerance);
       fraction_ = std::max(fraction_, std::clamp(range, 0.0, 1.0));
       observe_({"semidefinite program", fraction_});
+    }
+  }
+
+  /// What rounding x to double will add to the primal error; counts only where more digits are computed with.
+  [[nodiscard]] double rounding_error() const {
+    if constexpr (std::is_same_v<Scalar, double>) {
+      return 0.0;
+    } else {
+      const Eigen::VectorXd x = x_.template cast<double>();
+      const double moved = std::sqrt(x.cwiseAbs2().dot(coefficient_squares_));
+      return std::numeric_limits<double>::epsilon() / 2.0 * moved / static_cast<double>(Scalar(1) + constant_size_);
     }
   }
 
@@ -495,6 +510,7 @@ class InteriorPoint {
   Matrix equations_;
   Vector equation_right_;
   Scalar constant_size_{0};
+  Eigen::VectorXd coefficient_squares_;  ///< ||F_i||^2
   int total_size_ = 0;
 
   SmallPivots small_pivots_ = SmallPivots::kHold;
