@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+/// @file
+/// The interior-point iteration in each precision, compiled apart.
+#pragma once
+
+#include <limits>
+
+#include <Eigen/Core>
+
+#include "trammel/core/progress.hpp"
+#include "trammel/sdp/detail/model.hpp"
+#include "trammel/sdp/solution.hpp"
+
+namespace trammel::inline TRAMMEL_ABI::sdp::detail {
+
+/// What the iteration leaves; X, Y and x in the model's own parts.
+struct Outcome {
+  Status status = Status::kNumericalTrouble;
+  Eigen::VectorXd x;
+  Parts slack;
+  Parts multiplier;
+  double ray_violation = std::numeric_limits<double>::quiet_NaN();
+  int iterations = 0;
+  double assembly_s = 0.0;
+  double factor_s = 0.0;
+};
+
+[[nodiscard]] Outcome run_double(const Model& model, const Settings& settings, const ProgressObserver& observe);
+[[nodiscard]] Outcome run_double_double(const Model& model, const Settings& settings,
+                                        const ProgressObserver& observe);
+
+}  // namespace trammel::inline TRAMMEL_ABI::sdp::detail
+
+#ifndef TRAMMEL_COMPILED
+#include "trammel/sdp/detail/run_double_double_impl.hpp"
+#include "trammel/sdp/detail/run_double_impl.hpp"
+#endif

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+/// @file
+/// Definition of run_double.
+#pragma once
+
+#include "trammel/sdp/detail/interior_point.hpp"
+
+namespace trammel::inline TRAMMEL_ABI::sdp::detail {
+
+TRAMMEL_INLINE Outcome run_double(const Model& model, const Settings& settings, const ProgressObserver& observe) {
+  return InteriorPoint<double>(model, settings, observe).run();
+}
+
+}  // namespace trammel::inline TRAMMEL_ABI::sdp::detail

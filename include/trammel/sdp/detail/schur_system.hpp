@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+/// @file
+/// The linear system of one iteration: Schur complement and equations.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "trammel/linalg/dense_kernels.hpp"
+#include "trammel/linalg/gmres.hpp"
+#include "trammel/sdp/detail/cone.hpp"
+
+namespace trammel::inline TRAMMEL_ABI::sdp::detail {
+
+/// What to do with pivots of the Schur complement that are no larger than their rounding errors. They belong to
+/// dependent constraints, and near the solution also to directions that hardly matter or, where a problem has no
+/// interior points, to ones that do.
+enum class SmallPivots {
+  kHold,   ///< the variable does not move: stable, but the directions are lost
+  kShift,  ///< add a multiple of the identity, just large enough: less stable, every direction is kept
+};
+
+/// Solves
+///   B dx - G df = r,   G' dx = e
+/// for positive semidefinite B (m x m) and the equations' coefficients G (m x k) by the Cholesky factor of
+/// K = B + rho G G', scaled to unit diagonal, and of G' K^-1 G, then refines the solution against the system itself.
+template <class Scalar>
+class SchurSystem {
+ public:
+  using Vector = VectorOf<Scalar>;
+  using Matrix = MatrixOf<Scalar>;
+  using Dense = linalg::Dense<Scalar>;
+
+  explicit SchurSystem(Matrix equations) : equations_(std::move(equations)) {}
+
+  void treat_small_pivots(SmallPivots treatment) { small_pivots_ = treatment; }
+
+  /// B with zeros, to be filled with each pair (i, j) once, in either triangle.
+  [[nodiscard]] Matrix& clear() {
+    matrix_.setZero(equations_.rows(), equations_.rows());
+    return matrix_;
+  }
+
+  /// Factorises what was filled in; false if it holds NaN or an infinity.
+  [[nodiscard]] bool factorise() {
+    fold();
+    const Eigen::Index m = matrix_.rows();
+    const Eigen::Index k = equations_.cols();
+    factor_ = matrix_;
+    rho_ = Scalar(0);
+    if (k > 0) {
+      const Scalar norm = equations_.squaredNorm();
+      rho_ = norm > Scalar(0) ? std::max(matrix_.trace(), std::numeric_limits<Scalar>::epsilon()) / norm
+                              : Scalar(0);
+      Dense::add_symmetric_nt(equations_, equations_, rho_, factor_);
+    }
+    if (!factor_guarded(Matrix(factor_), factor_, scaling_, shift_)) {
+      return false;
+    }
+    if (k > 0) {
+      Matrix half = equations_.transpose() * scaling_.asDiagonal();
+      Dense::solve_right_transposed(factor_, half);
+      equation_factor_.setZero(k, k);
+      Dense::add_symmetric_nt(half, half, Scalar(1), equation_factor_);
+      if (!factor_guarded(Matrix(equation_factor_), equation_factor_, equation_scaling_, equation_shift_)) {
+        return false;
+      }
+    }
+    return m == 0 || factor_.diagonal().allFinite();
+  }
+
+  /// Solution [dx; df] for the right-hand side [r; e].
+  [[nodiscard]] Vector solve(const Vector& right) {
+    const int max_steps = small_pivots_ == SmallPivots::kHold ? 8 : 40;
+    constexpr double kRoundingErrors = 4.0;
+    return linalg::gmres<Scalar>(
+        right, [&](const auto& v) { return apply(v); }, [&](const auto& v) { return precondition(v); }, max_steps,
+        Scalar(kRoundingErrors) * std::numeric_limits<Scalar>::epsilon(), relative_residual_);
+  }
+
+  /// ||right - A solution|| / ||right|| of the last solution.
+  [[nodiscard]] Scalar relative_residual() const { return relative_residual_; }
+
+ private:
+  /// Cholesky factor of S A S with unit diagonal, small pivots treated as asked for.
+  [[nodiscard]] bool factor_guarded(const Matrix& a, Matrix& factor, Vector& scaling, Scalar& shift) {
+    constexpr double kStep = 10.0;
+    constexpr double kLargest = 1e-4;
+    const Scalar eps = std::numeric_limits<Scalar>::epsilon();
+    shift = shift > Scalar(kStep) * eps ? shift / Scalar(kStep) : Scalar(0);
+    for (;;) {
+      factor = a;
+      scale(factor, scaling);
+      if (!scaling.allFinite()) {
+        return false;
+      }
+      if (small_pivots_ == SmallPivots::kHold) {
+        const linalg::PivotGuard<Scalar> guard{Scalar(kPivotRoundingErrors) * eps, Scalar(kHeld)};
+        return Dense::cholesky(factor, guard) >= 0;
+      }
+      factor.diagonal().array() += shift;
+      if (Dense::cholesky(factor, {.threshold = Scalar(kPivotRoundingErrors) * eps}) == 0) {
+        return true;
+      }
+      shift = std::max(Scalar(kStep) * eps, shift * Scalar(kStep));
+      if (!(shift < Scalar(kLargest))) {
+        return false;
+      }
+    }
+  }
+
+  /// a <- S a S with unit diagonal, lower triangle.
+  static void scale(Matrix& a, Vector& scaling) {
+    using std::sqrt;
+    scaling.resize(a.rows());
+    for (Eigen::Index i = 0; i < a.rows(); ++i) {
+      scaling[i] = a(i, i) > Scalar(0) ? Scalar(1) / sqrt(a(i, i)) : Scalar(a(i, i) == a(i, i) ? 1.0 : NAN);
+    }
+    for (Eigen::Index j = 0; j < a.cols(); ++j) {
+      a.col(j).tail(a.rows() - j).array() *= scaling.tail(a.rows() - j).array() * scaling[j];
+    }
+  }
+
+  /// Adds both triangles and makes the matrix symmetric, tile by tile.
+  void fold() {
+    constexpr Eigen::Index kTile = 32;
+    const Eigen::Index m = matrix_.rows();
+    for (Eigen::Index j = 0; j < m; j += kTile) {
+      for (Eigen::Index i = j; i < m; i += kTile) {
+        for (Eigen::Index c = j; c < std::min(j + kTile, m); ++c) {
+          for (Eigen::Index r = std::max(i, c + 1); r < std::min(i + kTile, m); ++r) {
+            const Scalar sum = matrix_(r, c) + matrix_(c, r);
+            matrix_(r, c) = sum;
+            matrix_(c, r) = sum;
+          }
+        }
+      }
+    }
+  }
+
+  [[nodiscard]] Vector apply(const Vector& v) const {
+    const Eigen::Index m = equations_.rows();
+    const Eigen::Index k = equations_.cols();
+    Vector out(m + k);
+    out.setZero();
+    Dense::add_vector_product(matrix_, v.head(m), Scalar(1), out.head(m));
+    if (k > 0) {
+      Dense::add_vector_product(equations_, v.tail(k), Scalar(-1), out.head(m));
+      Dense::add_vector_product_t(equations_, v.head(m), Scalar(1), out.tail(k));
+    }
+    return out;
+  }
+
+  static void solve_factored(const Matrix& factor, const Vector& scaling, Vector& v) {
+    v.array() *= scaling.array();
+    Dense::solve_lower(factor, v);
+    Dense::solve_lower_transposed(factor, v);
+    v.array() *= scaling.array();
+  }
+
+  [[nodiscard]] Vector precondition(const Vector& v) const {
+    const Eigen::Index m = equations_.rows();
+    const Eigen::Index k = equations_.cols();
+    Vector dx = v.head(m);
+    if (k == 0) {
+      solve_factored(factor_, scaling_, dx);
+      return dx;
+    }
+    Dense::add_vector_product(equations_, v.tail(k), rho_, dx);
+    const Vector right = dx;
+    solve_factored(factor_, scaling_, dx);
+    Vector df = v.tail(k);
+    Dense::add_vector_product_t(equations_, dx, Scalar(-1), df);
+    solve_factored(equation_factor_, equation_scaling_, df);
+    dx = right;
+    Dense::add_vector_product(equations_, df, Scalar(1), dx);
+    solve_factored(factor_, scaling_, dx);
+    Vector out(m + k);
+    out << dx, df;
+    return out;
+  }
+
+  Matrix equations_;
+  Matrix matrix_;
+  Matrix factor_;
+  Vector scaling_;
+  Matrix equation_factor_;
+  Vector equation_scaling_;
+  static constexpr double kPivotRoundingErrors = 8.0;  // smaller pivots are rounding errors
+  static constexpr double kHeld = 1e60;                // pivot of a variable that does not move
+
+  SmallPivots small_pivots_ = SmallPivots::kHold;
+  Scalar rho_{0};
+  Scalar shift_{0};
+  Scalar equation_shift_{0};
+  Scalar relative_residual_{0};
+};
+
+}  // namespace trammel::inline TRAMMEL_ABI::sdp::detail
