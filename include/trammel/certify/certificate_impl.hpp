@@ -212,10 +212,11 @@ inline double prove_inequality(const Workspace& work, const Weights& weights,
     }
     const Image& image = is_prior ? prior : other;
     const EnclosedMatrix bias = linalg::product_minus(gain_information, image.seen, image.basis);
-    if (make_inequality(work, weights, image.bounded, bias, work.quick).holds(0.0)) {
+    if (MatrixInequality(image.bounded, weights.rows, bias, work.quick).holds()) {
       return 0.0;
     }
-    const double found = find_inflation(make_inequality(work, weights, image.bounded, bias, work.careful()));
+    const double found = MatrixInequality(image.bounded, weights.rows, bias, work.careful())
+                             .find_inflation(weights.step, work.stacked.rows());
     if (!(inflation <= found)) {
       inflation = found;
     }
