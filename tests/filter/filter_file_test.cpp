@@ -2,6 +2,7 @@
 #include "io/filter_file.hpp"
 
 #include <cmath>
+#include <complex>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -44,8 +45,10 @@ TEST(FilterFile, EveryRule) {
   const auto rule = [&](const std::string& text) { return gains_of(head + "rule = {" + text + "}\n"); };
   expect_near(rule("name = \"fading_memory\", theta = 0.7"), fading_memory(2, 0.7), 1e-15, "fading");
   expect_near(rule("name = \"critically-damped\", theta = 0.7"), fading_memory(2, 0.7), 1e-15, "damped");
-  expect_near(rule("name = \"poles\", poles = [[0.6, 0.3], [0.6, -0.3]]"),
-              pole_placement(Eigen::Vector2cd({0.6, 0.3}, {0.6, -0.3})), 1e-15, "poles");
+  expect_near(
+      rule("name = \"poles\", poles = [[0.6, 0.3], [0.6, -0.3]]"),
+      pole_placement(Eigen::Vector2cd(std::complex<double>(0.6, 0.3), std::complex<double>(0.6, -0.3))),
+      1e-15, "poles");
   expect_near(rule("name = \"expanding_memory\", samples = 5"), expanding_memory(2, 5), 1e-15, "expanding");
   expect_near(rule("name = \"finite_fading_memory\", theta = 0.8, samples = 5"),
               finite_fading_memory(2, 5, 0.8), 1e-15, "finite");

@@ -2,6 +2,7 @@
 #include "trammel/filter/rules.hpp"
 
 #include <cmath>
+#include <complex>
 
 #include <gtest/gtest.h>
 
@@ -30,7 +31,11 @@ TEST(Rules, PolePlacementReturnsThePoles) {
       expect_near(pole_placement(analysis.poles), gains, 1e-9, "seed 5, trial " + std::to_string(trial));
     }
   }
-  EXPECT_NE(error_of([] { (void)pole_placement(Eigen::Vector2cd(0.5, {0.1, 0.2})); }), "no error");
+  EXPECT_NE(
+      error_of([] {
+        (void)pole_placement(Eigen::Vector2cd(std::complex<double>(0.5), std::complex<double>(0.1, 0.2)));
+      }),
+      "no error");
 }
 
 TEST(Rules, FadingMemoryClosedForms) {

@@ -1,3 +1,0 @@
-// SPDX-License-Identifier: Apache-2.0
-#include "trammel/filter/batch_bound.hpp"
-#include "trammel/filter/batch_bound_impl.hpp"
