@@ -42,9 +42,9 @@ io::Json result_of(const sdp::Solution& solution) {
 }
 
 void print(const sdp::Problem& problem, const sdp::Solution& solution) {
-  constexpr std::array<const char*, 6> kMeanings{
-      "dual equations",        "negative part of Y", "primal equations",
-      "negative part of X", "objectives' gap",    "complementarity <X, Y>"};
+  constexpr std::array<const char*, 6> kMeanings{"dual equations",   "negative part of Y",
+                                                 "primal equations", "negative part of X",
+                                                 "objectives' gap",  "complementarity <X, Y>"};
   const sdp::StatusText& text = sdp::describe(solution.status);
   std::printf("%s: %s\n", std::string(text.name).c_str(), std::string(text.cause).c_str());
   std::printf("  problem            %ld variables, %zu blocks\n", static_cast<long>(problem.cost.size()),
@@ -73,8 +73,8 @@ int run(const Options& options) {
   } else {
     print(problem, solution);
   }
-  const bool answered = solution.status != sdp::Status::kIterationLimit &&
-                        solution.status != sdp::Status::kNumericalTrouble;
+  const bool answered =
+      solution.status != sdp::Status::kIterationLimit && solution.status != sdp::Status::kNumericalTrouble;
   return answered ? ExitCode::kSolved : ExitCode::kNotConverged;
 }
 

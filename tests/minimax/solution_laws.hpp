@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "trammel/linalg/qr.hpp"
 #include "trammel/linalg/symmetric_eigen.hpp"
 #include "trammel/minimax/solution.hpp"
 #include "trammel/problem/guaranteed_problem.hpp"
@@ -36,13 +37,14 @@ inline void expect_solution_laws(const GuaranteedProblem& problem, const minimax
   for (std::size_t l = 0; l < problem.ellipsoids.size(); ++l) {
     EXPECT_LE((problem.ellipsoids[l] * solution.prior_factor).squaredNorm(), 1 + 1e-9) << "bound " << l;
   }
-  // lower = tr C L (I + L'J L)^-1 L'C'.
-  const Eigen::MatrixXd seen = problem.information_factor * solution.prior_factor;
-  Eigen::MatrixXd M = seen.transpose() * seen;
-  M.diagonal().array() += 1.0;
-  const linalg::SymmetricEigen spectrum(M);
-  const Eigen::MatrixXd rows = problem.criterion_factor * solution.prior_factor * spectrum.eigenvectors() *
-                               spectrum.eigenvalues().cwiseSqrt().cwiseInverse().asDiagonal();
+  // lower = tr C L (I + L'J L)^-1 L'C', through the QR factorisation of [F L; I].
+  const Eigen::Index columns = solution.prior_factor.cols();
+  Eigen::MatrixXd stacked(problem.information_factor.rows() + columns, columns);
+  stacked << problem.information_factor * solution.prior_factor, Eigen::MatrixXd::Identity(columns, columns);
+  const linalg::Qr qr(stacked);
+  const Eigen::MatrixXd triangle = qr.matrixQR().topRows(columns).triangularView<Eigen::Upper>();
+  const Eigen::MatrixXd rows = triangle.transpose().triangularView<Eigen::Lower>().solve(
+      (problem.criterion_factor * solution.prior_factor).transpose());
   EXPECT_NEAR(rows.squaredNorm(), solution.lower, tolerance * solution.lower);
 
   // H(lambda) - (KJ - I)'S(KJ - I) >= 0 up to rounding, where the bounds are one.

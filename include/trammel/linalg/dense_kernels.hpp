@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// @file
 /// Products, Cholesky factors and triangular inverses of dense column-major matrices in place, for double and
-/// ExtendedDouble. Everything of cubic cost rests on one product, so the code is small and its speed is that of the
-/// product.
+/// ExtendedDouble. Everything of cubic cost rests on one product, so the code is small and its speed is that
+/// of the product.
 #pragma once
 
 #include <Eigen/Core>
@@ -53,8 +53,8 @@ struct Dense {
   /// Lower triangle (with parts of the upper one) of c += scale a b', where the product is symmetric.
   static void add_symmetric_nt(const ConstBlock& a, const ConstBlock& b, Scalar scale, Block c);
 
-  /// A = L L' in the lower triangle of `a`; the strict upper one is not read and becomes undefined. Returns the
-  /// number of replaced pivots (0: A is numerically positive definite), -1 on failure. n^3/3 operations.
+  /// A = L L' in the lower triangle of `a`; the strict upper one is not read and becomes undefined. Returns
+  /// the number of replaced pivots (0: A is numerically positive definite), -1 on failure. n^3/3 operations.
   [[nodiscard]] static Eigen::Index cholesky(Block a, const PivotGuard<Scalar>& guard = {});
   /// b <- b L^-T, L in the lower triangle of `factor`.
   static void solve_right_transposed(const ConstBlock& factor, Block b);

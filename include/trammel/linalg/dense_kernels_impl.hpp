@@ -15,8 +15,8 @@ namespace trammel::inline TRAMMEL_ABI::linalg {
 
 namespace detail {
 
-inline constexpr Eigen::Index kSmall = 24;    // recursion ends where loops over columns are as fast as products
-inline constexpr Eigen::Index kPanel = 96;    // columns per product where only a triangle is wanted
+inline constexpr Eigen::Index kSmall = 24;  // recursion ends where loops over columns are as fast as products
+inline constexpr Eigen::Index kPanel = 96;  // columns per product where only a triangle is wanted
 inline constexpr Eigen::Index kVectorPanel = 64;  // columns per product with a vector
 
 /// Half of `size`, a multiple of kSmall where possible.
@@ -31,9 +31,9 @@ namespace detail {
 /// A ExtendedDouble matrix as a sum of double matrices whose products are exact: slice p holds multiples of
 /// 2^(e - kSliceBits (p + 1)), e the exponent of the largest entry of a row (or column).
 struct Slices {
-  static constexpr int kSliceBits = 22;          // 2 (22 - 1) bits of a product, 8 of a sum of kDepth, 3 of kCount
-  static constexpr int kCount = 5;               // 110 bits in all
-  static constexpr Eigen::Index kDepth = 256;    // terms of one sum
+  static constexpr int kSliceBits = 22;  // 2 (22 - 1) bits of a product, 8 of a sum of kDepth, 3 of kCount
+  static constexpr int kCount = 5;       // 110 bits in all
+  static constexpr Eigen::Index kDepth = 256;  // terms of one sum
 
   /// `by_row`: one exponent per row, otherwise one per column.
   Slices(const ConstBlockRef<ExtendedDouble>& a, bool by_row) {
@@ -224,7 +224,8 @@ void Dense<Scalar>::solve_right_transposed(const ConstBlock& factor, Block b) {
     solve_right_transposed(factor.bottomRightCorner(rest, rest), b.rightCols(rest));
     return;
   }
-  constexpr Eigen::Index kRows = 128;  // rows at a time: all columns of the part stay in the first-level cache
+  constexpr Eigen::Index kRows =
+      128;  // rows at a time: all columns of the part stay in the first-level cache
   for (Eigen::Index top = 0; top < b.rows(); top += kRows) {
     Block part = b.middleRows(top, std::min(kRows, b.rows() - top));
     for (Eigen::Index k = 0; k < size; ++k) {
@@ -258,7 +259,8 @@ void Dense<Scalar>::solve_lower(const ConstBlock& factor, Vector v) {
     }
     const Eigen::Index rest = size - top - width;
     if (rest > 0) {
-      add_vector_product(factor.block(top + width, top, rest, width), v.segment(top, width), Scalar(-1), v.tail(rest));
+      add_vector_product(factor.block(top + width, top, rest, width), v.segment(top, width), Scalar(-1),
+                         v.tail(rest));
     }
   }
 }
@@ -271,7 +273,8 @@ void Dense<Scalar>::solve_lower_transposed(const ConstBlock& factor, Vector v) {
     const Eigen::Index top = end - width;
     const Eigen::Index rest = size - end;
     if (rest > 0) {
-      add_vector_product_t(factor.block(end, top, rest, width), v.tail(rest), Scalar(-1), v.segment(top, width));
+      add_vector_product_t(factor.block(end, top, rest, width), v.tail(rest), Scalar(-1),
+                           v.segment(top, width));
     }
     for (Eigen::Index k = end; k-- > top;) {
       Scalar sum = v[k];
@@ -297,7 +300,8 @@ void Dense<Scalar>::invert_lower(Block factor) {
     Matrix product = Matrix::Zero(rest, half);
     add_product(factor.bottomLeftCorner(rest, half), factor.topLeftCorner(half, half), Scalar(1), product);
     factor.bottomLeftCorner(rest, half).setZero();
-    add_product(factor.bottomRightCorner(rest, rest), product, Scalar(-1), factor.bottomLeftCorner(rest, half));
+    add_product(factor.bottomRightCorner(rest, rest), product, Scalar(-1),
+                factor.bottomLeftCorner(rest, half));
     return;
   }
   Matrix inverse = Matrix::Zero(size, size);
@@ -322,8 +326,9 @@ void Dense<Scalar>::inverse_from_factor(const Matrix& inverse_factor, Matrix& in
   inverse.setZero(size, size);
   for (Eigen::Index k = 0; k < size; k += detail::kPanel) {
     const Eigen::Index width = std::min(detail::kPanel, size - k);
-    add_product_tn(inverse_factor.block(k, k, size - k, width), inverse_factor.block(k, 0, size - k, k + width),
-                   Scalar(1), inverse.block(k, 0, width, k + width));
+    add_product_tn(inverse_factor.block(k, k, size - k, width),
+                   inverse_factor.block(k, 0, size - k, k + width), Scalar(1),
+                   inverse.block(k, 0, width, k + width));
   }
   for (Eigen::Index j = 0; j < size; ++j) {
     for (Eigen::Index i = j + 1; i < size; ++i) {

@@ -14,15 +14,15 @@
 namespace trammel::inline TRAMMEL_ABI::linalg {
 
 /// high + low with |low| <= ulp(high)/2 (Dekker 1971; Hida, Li, Bailey 2001). Relative error of one operation
-/// below 2^-102; range and special values as double. Needs arithmetic that rounds each operation to double, in
-/// the order written.
+/// below 2^-102; range and special values as double. Needs arithmetic that rounds each operation to double,
+/// in the order written.
 class ExtendedDouble {
  public:
   constexpr ExtendedDouble() = default;
   // Conversions from built-in numbers are exact for double and int, hence implicit.
-  constexpr ExtendedDouble(double value) : high_(value) {}                             // NOLINT
-  constexpr ExtendedDouble(int value) : high_(value) {}                                // NOLINT
-  constexpr ExtendedDouble(long value) : ExtendedDouble(static_cast<double>(value)) {}   // NOLINT
+  constexpr ExtendedDouble(double value) : high_(value) {}                              // NOLINT
+  constexpr ExtendedDouble(int value) : high_(value) {}                                 // NOLINT
+  constexpr ExtendedDouble(long value) : ExtendedDouble(static_cast<double>(value)) {}  // NOLINT
   constexpr ExtendedDouble(double high, double low) : high_(high), low_(low) {}
 
   [[nodiscard]] constexpr double high() const { return high_; }
@@ -38,7 +38,9 @@ class ExtendedDouble {
     const ExtendedDouble middle = quick_two_sum(high.high_, high.low_ + low.high_);
     return quick_two_sum(middle.high_, middle.low_ + low.low_);
   }
-  friend constexpr ExtendedDouble operator-(const ExtendedDouble& a, const ExtendedDouble& b) { return a + (-b); }
+  friend constexpr ExtendedDouble operator-(const ExtendedDouble& a, const ExtendedDouble& b) {
+    return a + (-b);
+  }
   friend ExtendedDouble operator*(const ExtendedDouble& a, const ExtendedDouble& b) {
     const ExtendedDouble product = two_product(a.high_, b.high_);
     return quick_two_sum(product.high_, product.low_ + (a.high_ * b.low_ + a.low_ * b.high_));
@@ -66,8 +68,12 @@ class ExtendedDouble {
     return a.high_ < b.high_ || (a.high_ == b.high_ && a.low_ < b.low_);
   }
   friend constexpr bool operator>(const ExtendedDouble& a, const ExtendedDouble& b) { return b < a; }
-  friend constexpr bool operator<=(const ExtendedDouble& a, const ExtendedDouble& b) { return a < b || a == b; }
-  friend constexpr bool operator>=(const ExtendedDouble& a, const ExtendedDouble& b) { return b < a || a == b; }
+  friend constexpr bool operator<=(const ExtendedDouble& a, const ExtendedDouble& b) {
+    return a < b || a == b;
+  }
+  friend constexpr bool operator>=(const ExtendedDouble& a, const ExtendedDouble& b) {
+    return b < a || a == b;
+  }
 
   friend constexpr ExtendedDouble abs(const ExtendedDouble& a) { return a.high_ < 0.0 ? -a : a; }
   friend ExtendedDouble sqrt(const ExtendedDouble& a) {

@@ -11,14 +11,15 @@
 
 namespace trammel::inline TRAMMEL_ABI::linalg {
 
-/// Solves A x = b with a nearly exact preconditioner M^-1 from the right: `apply(v)` returns A v, `precondition(v)`
-/// returns M^-1 v. Saad (2003), algorithm 9.5, without restart; the residual never grows. Stops at
+/// Solves A x = b with a nearly exact preconditioner M^-1 from the right: `apply(v)` returns A v,
+/// `precondition(v)` returns M^-1 v. Saad (2003), algorithm 9.5, without restart; the residual never grows.
+/// Stops at
 /// ||b - A x|| <= tolerance ||b||, after `max_steps` steps, or when a step no longer halves the residual.
 /// `relative_residual` receives the residual reached, evaluated from its definition.
 template <class Scalar, class Apply, class Precondition>
 [[nodiscard]] Eigen::Matrix<Scalar, Eigen::Dynamic, 1> gmres(
-    const Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& b, Apply&& apply, Precondition&& precondition, int max_steps,
-    Scalar tolerance, Scalar& relative_residual) {
+    const Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& b, Apply&& apply, Precondition&& precondition,
+    int max_steps, Scalar tolerance, Scalar& relative_residual) {
   using std::abs;
   using std::sqrt;
   using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;

@@ -21,12 +21,14 @@ struct LanczosSettings {
   int max_steps = 60;
 };
 
-/// Estimate theta - residual of the smallest eigenvalue of the n x n operator `apply(in, out)`: a lower bound of
-/// the eigenvalue the iteration found (Toh 2002, "A note on the calculation of step-lengths in interior-point
-/// methods for semidefinite programming"). Full reorthogonalisation; the start is a fixed pseudo-random vector.
+/// Estimate theta - residual of the smallest eigenvalue of the n x n operator `apply(in, out)`: a lower bound
+/// of the eigenvalue the iteration found (Toh 2002, "A note on the calculation of step-lengths in
+/// interior-point methods for semidefinite programming"). Full reorthogonalisation; the start is a fixed
+/// pseudo-random vector.
 template <class Apply>
 [[nodiscard]] double lanczos_smallest(Eigen::Index size, Apply&& apply, const LanczosSettings& settings) {
-  constexpr int kCheckEvery = 4;  // an eigenvalue problem of the small matrix costs about as much as a product
+  constexpr int kCheckEvery =
+      4;  // an eigenvalue problem of the small matrix costs about as much as a product
   constexpr double kBreakdown = 1e-14;
   const auto steps = static_cast<int>(std::min<Eigen::Index>(settings.max_steps, size));
   Eigen::MatrixXd basis(size, steps);

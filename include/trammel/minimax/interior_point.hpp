@@ -42,7 +42,7 @@ struct ReducedSolution {
 /// Sources: Nesterov and Nemirovski (1994) for barriers compatible with a matrix-concave function; the
 /// problem and its dual as in the README's Sources.
 /// Guarantee: `lower` and `upper` come from feasible points and hold at every exit, up to rounding.
-/// Cost: 30 to 50 iterations of about 100 q x q products; memory O(q^2), nothing allocated in the loop.
+/// Cost: 25 to 45 iterations of about 100 q x q products; memory O(q^2), held for all iterations.
 class InteriorPoint {
  public:
   InteriorPoint(const ReducedProblem& problem, const SolverSettings& settings);

@@ -204,7 +204,9 @@ TRAMMEL_INLINE void InteriorPoint::predict() {
   residual_.setZero();
   residual_.diagonal().setConstant(-mu_);
   constexpr double kLoose = 1e-2;
-  (void)system_.solve(residual_, barrier_, {kLoose, detail::kMostOfMu * mu_, 0.0}, tangent_, y_tangent_);
+  constexpr double kNothing = 1e-6;  // what is left is rounding: no tangent to follow
+  (void)system_.solve(residual_, barrier_, {kLoose, detail::kMostOfMu * mu_, kNothing * mu_}, tangent_,
+                      y_tangent_);
   dt_tangent_ = -y_tangent_.cwiseQuotient(weight_);
 
   constexpr std::array<double, 10> kShrinks{0.001, 0.003, 0.01, 0.03, 0.1, 0.2, 0.4, 0.6, 0.8, 0.9};

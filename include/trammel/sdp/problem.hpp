@@ -64,8 +64,8 @@ struct Problem {
   std::vector<LowRankTerm> low_rank;
 };
 
-/// Throws Error naming the first field that is wrong: sizes, indices, off-diagonal entries of diagonal blocks,
-/// numbers that are not finite.
+/// Throws Error naming the first field that is wrong: sizes, indices, off-diagonal entries of diagonal
+/// blocks, numbers that are not finite.
 void validate(const Problem& problem);
 
 }  // namespace trammel::inline TRAMMEL_ABI::sdp

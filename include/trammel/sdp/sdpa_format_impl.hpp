@@ -105,7 +105,8 @@ class SdpaReader {
     if constexpr (std::is_same_v<Number, double>) {
       if (code == std::errc::result_out_of_range) {
         const double bounded = std::strtod(std::string(text).c_str(), nullptr);
-        return std::isfinite(bounded) ? std::optional<double>(bounded) : std::nullopt;  // tiny: rounds to zero
+        return std::isfinite(bounded) ? std::optional<double>(bounded)
+                                      : std::nullopt;  // tiny: rounds to zero
       }
       if (!std::isfinite(value)) {
         return std::nullopt;
@@ -256,7 +257,8 @@ void append_number(std::string& text, Number value) {
 }
 
 inline void append_entry(std::string& text, const Entry& e) {
-  for (const int index : {e.variable + 1, e.block + 1, std::min(e.row, e.column) + 1, std::max(e.row, e.column) + 1}) {
+  for (const int index :
+       {e.variable + 1, e.block + 1, std::min(e.row, e.column) + 1, std::max(e.row, e.column) + 1}) {
     append_number(text, index);
     text += ' ';
   }
@@ -287,7 +289,8 @@ inline std::vector<Entry> plain_entries(const Problem& problem) {
     }
   }
   const auto key = [](const Entry& e) { return std::tuple(e.variable, e.block, e.row, e.column); };
-  std::stable_sort(entries.begin(), entries.end(), [&](const Entry& a, const Entry& b) { return key(a) < key(b); });
+  std::stable_sort(entries.begin(), entries.end(),
+                   [&](const Entry& a, const Entry& b) { return key(a) < key(b); });
   std::vector<Entry> merged;
   for (const Entry& e : entries) {
     if (!merged.empty() && key(merged.back()) == key(e)) {
@@ -311,7 +314,8 @@ TRAMMEL_INLINE std::string to_sdpa(const Problem& problem, std::string_view titl
   std::string text;
   if (!title.empty()) {
     text += "* ";
-    std::transform(title.begin(), title.end(), std::back_inserter(text), [](char c) { return c == '\n' ? ' ' : c; });
+    std::transform(title.begin(), title.end(), std::back_inserter(text),
+                   [](char c) { return c == '\n' ? ' ' : c; });
     text += '\n';
   }
   detail::append_number(text, problem.cost.size());

@@ -97,7 +97,8 @@ void visit_fields(S& settings, Visitor&& visit) {
         settings.tolerance);
   visit(FieldDoc{.name = "acceptable_tolerance",
                  .unit = "",
-                 .meaning = "error measures that still count as optimal where rounding errors stop the progress",
+                 .meaning =
+                     "error measures that still count as optimal where rounding errors stop the progress",
                  .minimum = 1e-20,
                  .maximum = 1e-2},
         settings.acceptable_tolerance);
@@ -129,8 +130,8 @@ struct Timings {
   double schur_factor_s = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// The six error measures of the seventh DIMACS challenge (Mittelmann 2003, section 2.1), with |.| the largest
-/// absolute entry:
+/// The six error measures of the seventh DIMACS challenge (Mittelmann 2003, section 2.1), with |.| the
+/// largest absolute entry:
 ///   err1 = ||<F_i, Y> - c||_2 / (1 + |c|)           err2 = max(0, -lambda_min(Y)) / (1 + |c|)
 ///   err3 = ||sum x_i F_i - F_0 - X||_F / (1 + |F_0|)  err4 = max(0, -lambda_min(X)) / (1 + |F_0|)
 ///   err5 = (c'x - <F_0, Y>) / (1 + |c'x| + |<F_0, Y>|)  err6 = <X, Y> / (1 + |c'x| + |<F_0, Y>|)
@@ -138,13 +139,13 @@ using DimacsErrors = std::array<double, 6>;
 
 /// Answer to a Problem. Not computed: NaN or empty.
 ///
-/// | symbol | field      | shape       | meaning                                                             |
+/// | symbol | field      | shape       | meaning |
 /// |--------|------------|-------------|---------------------------------------------------------------------|
-/// | x      | x          | m           | variables of (P)                                                    |
-/// | X      | slack      | block       | sum x_i F_i - F_0 up to err3, positive definite                     |
-/// | Y      | multiplier | block       | variables of (D), positive definite on semidefinite blocks          |
-/// | -      | ray_x      | m           | where dual infeasible: c'x = -1, sum x_i F_i in K up to violation   |
-/// | -      | ray_y      | block       | where primal infeasible: <F_0, Y> = 1, <F_i, Y> = 0 up to violation |
+/// | x      | x          | m           | variables of (P) | | X      | slack      | block       | sum x_i F_i
+/// - F_0 up to err3, positive definite                     | | Y      | multiplier | block       | variables
+/// of (D), positive definite on semidefinite blocks          | | -      | ray_x      | m           | where
+/// dual infeasible: c'x = -1, sum x_i F_i in K up to violation   | | -      | ray_y      | block       |
+/// where primal infeasible: <F_0, Y> = 1, <F_i, Y> = 0 up to violation |
 struct Solution {
   Status status = Status::kNumericalTrouble;
   Precision precision = Precision::kDouble;  ///< numbers the answer was computed with

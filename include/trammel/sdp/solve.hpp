@@ -23,16 +23,16 @@ namespace trammel::inline TRAMMEL_ABI::sdp {
 /// | B      | m x m | Schur complement, positive definite, dense                          |
 /// | mu     | -     | <X, Y> / n, n the total size of the cones                           |
 ///
-/// Method: Helmberg, Rendl, Vanderbei, Wolkowicz (1996); Kojima, Shindoh, Hara (1997); Monteiro (1997); products
-/// for B chosen per constraint by a count of operations as in Fujisawa, Kojima, Nakata (1997); starting point
-/// and centring as in Toh, Todd, Tutuncu (1999); step length by Lanczos as in Toh (2002). Before solving, dense
-/// blocks are split into the connected components of their sparsity pattern and opposite rows of diagonal blocks
-/// become equations. Dependent constraints are dropped by the factorisation of B, whose solutions are refined
-/// against B itself. Where rounding errors stop the progress and the problem is small, the solver starts again in
-/// double-double numbers.
-/// Guarantee: the error measures of the result are computed from the returned x, X, Y and the problem as given;
-/// infeasibility is only reported with a ray whose violation was checked. The same input gives the same bits.
-/// Cost: per iteration O(m^3 + m^2 n + m n^3) at worst, far less for sparse F_i; memory m^2 + O(n^2) per block.
+/// Method: Helmberg, Rendl, Vanderbei, Wolkowicz (1996); Kojima, Shindoh, Hara (1997); Monteiro (1997);
+/// products for B chosen per constraint by a count of operations as in Fujisawa, Kojima, Nakata (1997);
+/// starting point and centring as in Toh, Todd, Tutuncu (1999); step length by Lanczos as in Toh (2002).
+/// Before solving, dense blocks are split into the connected components of their sparsity pattern and
+/// opposite rows of diagonal blocks become equations. Dependent constraints are dropped by the factorisation
+/// of B, whose solutions are refined against B itself. Where rounding errors stop the progress and the
+/// problem is small, the solver starts again in double-double numbers. Guarantee: the error measures of the
+/// result are computed from the returned x, X, Y and the problem as given; infeasibility is only reported
+/// with a ray whose violation was checked. The same input gives the same bits. Cost: per iteration O(m^3 +
+/// m^2 n + m n^3) at worst, far less for sparse F_i; memory m^2 + O(n^2) per block.
 [[nodiscard]] Solution solve(const Problem& problem, const Settings& settings = {},
                              const ProgressObserver& observe = {});
 

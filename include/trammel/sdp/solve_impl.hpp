@@ -11,15 +11,16 @@
 #include "trammel/core/error.hpp"
 #include "trammel/linalg/dense_kernels.hpp"
 #include "trammel/linalg/symmetric_eigen.hpp"
-#include "trammel/sdp/detail/outcome.hpp"
 #include "trammel/sdp/detail/model.hpp"
+#include "trammel/sdp/detail/outcome.hpp"
 #include "trammel/sdp/solve.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::sdp {
 
 namespace detail {
 
-/// Value of sum over the entries of F_i (or F_0) with a block matrix; `add(variable, value)` receives each term.
+/// Value of sum over the entries of F_i (or F_0) with a block matrix; `add(variable, value)` receives each
+/// term.
 template <class Add>
 void for_each_product(const Problem& problem, const BlockMatrix& matrix, Add&& add) {
   for (const Entry& e : problem.entries) {
@@ -102,7 +103,8 @@ inline double inner_product(const BlockMatrix& a, const BlockMatrix& b) {
 
 inline double constant_times(const Problem& problem, const BlockMatrix& y) {
   double sum = 0.0;
-  for_each_product(problem, y, [&](int variable, double value) { sum += variable == kConstant ? value : 0.0; });
+  for_each_product(problem, y,
+                   [&](int variable, double value) { sum += variable == kConstant ? value : 0.0; });
   return sum;
 }
 
@@ -164,7 +166,8 @@ inline std::pair<Outcome, Precision> run_passes(const Model& model, const Settin
     return {run_double_double(model, settings, observe), Precision::kDoubleDouble};
   }
   Outcome outcome = run_double(model, settings, observe);
-  const bool trouble = outcome.status == Status::kNumericalTrouble || outcome.status == Status::kIterationLimit;
+  const bool trouble =
+      outcome.status == Status::kNumericalTrouble || outcome.status == Status::kIterationLimit;
   if (settings.precision == Precision::kDouble || !trouble || operations(model) > kSmallProblem) {
     return {std::move(outcome), Precision::kDouble};
   }
@@ -232,7 +235,8 @@ TRAMMEL_INLINE DimacsErrors dimacs_errors(const Problem& problem, const Eigen::V
           detail::inner_product(slack, multiplier) / objective_size};
 }
 
-TRAMMEL_INLINE Solution solve(const Problem& problem, const Settings& settings, const ProgressObserver& observe) {
+TRAMMEL_INLINE Solution solve(const Problem& problem, const Settings& settings,
+                              const ProgressObserver& observe) {
   const auto begin = std::chrono::steady_clock::now();
   validate(problem);
   trammel::validate(settings, "sdp.settings");

@@ -13,9 +13,10 @@
 
 namespace trammel::inline TRAMMEL_ABI::sdp::detail {
 
-/// The F_i of one block, the fullest first. Entries are in the upper triangle (row <= column); `half` is half the
-/// weight that an entry has in an inner product with a symmetric matrix: the value off the diagonal, half the value
-/// on it. So <F, S> = sum 2 half S(row, column), and <F, U> = sum half (U(row, column) + U(column, row)) for any U.
+/// The F_i of one block, the fullest first. Entries are in the upper triangle (row <= column); `half` is half
+/// the weight that an entry has in an inner product with a symmetric matrix: the value off the diagonal, half
+/// the value on it. So <F, S> = sum 2 half S(row, column), and <F, U> = sum half (U(row, column) + U(column,
+/// row)) for any U.
 struct Coefficients {
   struct Range {
     std::size_t begin;

@@ -32,7 +32,8 @@ class DenseCone {
         all_(coefficients_, 0, coefficients_.row.size(), data.size),
         needed_(coefficients_, 0, coefficients_.constant_begin, data.size),
         schur_(coefficients_, low_rank_, data.size) {
-    constexpr double kSparseShare = 1.0 / 12.0;  // a product with a sparse matrix runs that much slower per entry
+    constexpr double kSparseShare =
+        1.0 / 12.0;  // a product with a sparse matrix runs that much slower per entry
     const double full = static_cast<double>(n_) * static_cast<double>(n_);
     const bool sparse = low_rank_.empty() && n_ > kAlwaysDense;
     sparse_x_ = sparse && 2.0 * static_cast<double>(all_.row.size()) < kSparseShare * full;
@@ -151,8 +152,8 @@ class DenseCone {
 
   void add_adjoint_dy(Vector& out, Scalar scale) const { add_adjoint(dy_, scale, out); }
 
-  /// The step is exact for small blocks; by Lanczos, and a little less, for large ones. `enough`: larger steps need
-  /// not be told apart.
+  /// The step is exact for small blocks; by Lanczos, and a little less, for large ones. `enough`: larger
+  /// steps need not be told apart.
   [[nodiscard]] double max_step(Side side, Scalar enough) {
     const double smallest =
         n_ <= kExactSize || !std::is_same_v<Scalar, double> ? exact_smallest(side) : lanczos(side, enough);
@@ -185,9 +186,9 @@ class DenseCone {
   }
 
  private:
-  static constexpr Eigen::Index kExactSize = 40;     // all eigenvalues cost no more than a few Lanczos steps
-  static constexpr Eigen::Index kAlwaysDense = 24;   // no gain from sparse loops
-  static constexpr double kNegligible = 16.0;        // residuals of this many rounding errors are none
+  static constexpr Eigen::Index kExactSize = 40;    // all eigenvalues cost no more than a few Lanczos steps
+  static constexpr Eigen::Index kAlwaysDense = 24;  // no gain from sparse loops
+  static constexpr double kNegligible = 16.0;       // residuals of this many rounding errors are none
 
   void multiply(const Matrix& a, const Matrix& b, Matrix& out) const {
     out.setZero(n_, n_);
@@ -203,7 +204,8 @@ class DenseCone {
       Matrix product = Matrix::Zero(n_, vectors_[t].cols());
       Dense::add_product(symmetric, vectors_[t], Scalar(1), product);
       for (Eigen::Index k = 0; k < product.cols(); ++k) {
-        out[low_rank_[t].variable] += scale * Scalar(low_rank_[t].weights[k]) * product.col(k).dot(vectors_[t].col(k));
+        out[low_rank_[t].variable] +=
+            scale * Scalar(low_rank_[t].weights[k]) * product.col(k).dot(vectors_[t].col(k));
       }
     }
   }
@@ -230,7 +232,8 @@ class DenseCone {
       }
     }
     for (std::size_t t = 0; t < low_rank_.size(); ++t) {
-      const VectorOf<Scalar> weights = x[low_rank_[t].variable] * low_rank_[t].weights.template cast<Scalar>();
+      const VectorOf<Scalar> weights =
+          x[low_rank_[t].variable] * low_rank_[t].weights.template cast<Scalar>();
       const Matrix scaled = vectors_[t] * weights.asDiagonal();
       Dense::add_product_nt(scaled, vectors_[t], Scalar(1), out);
     }

@@ -13,17 +13,17 @@ namespace trammel::inline TRAMMEL_ABI::sdp::detail {
 
 /// Assembles the part of B that one dense block contributes.
 ///
-/// For each F_i, fullest first, U = X^-1 F_i Y meets every F_j not yet met. Three ways (Fujisawa, Kojima, Nakata
-/// 1997, formulas F1 to F3), here with r, the number of nonzero rows of F_i, where they have n:
+/// For each F_i, fullest first, U = X^-1 F_i Y meets every F_j not yet met. Three ways (Fujisawa, Kojima,
+/// Nakata 1997, formulas F1 to F3), here with r, the number of nonzero rows of F_i, where they have n:
 ///
-/// | way         | what it forms                                       | operations                            |
+/// | way         | what it forms                                       | operations |
 /// |-------------|-----------------------------------------------------|---------------------------------------|
-/// | kProduct    | all of U, as (n x r)(r x n)                         | 2 n f_i + 2 n^2 r + sum_j f_j         |
-/// | kDotProduct | the entries of U that an F_j needs, as dot products | 2 n f_i + 4 r sum_j f_j               |
-/// | kEntries    | the same from the entries of F_i one by one         | 8 f_i sum_j f_j                       |
+/// | kProduct    | all of U, as (n x r)(r x n)                         | 2 n f_i + 2 n^2 r + sum_j f_j | |
+/// kDotProduct | the entries of U that an F_j needs, as dot products | 2 n f_i + 4 r sum_j f_j | | kEntries
+/// | the same from the entries of F_i one by one         | 8 f_i sum_j f_j                       |
 ///
-/// f is the number of stored entries. The choice is made once, from these counts and the cost of one operation of
-/// each kind. A low-rank F_i = V D V' is a kDotProduct with X^-1 V and Y V D.
+/// f is the number of stored entries. The choice is made once, from these counts and the cost of one
+/// operation of each kind. A low-rank F_i = V D V' is a kDotProduct with X^-1 V and Y V D.
 template <class Scalar>
 class DenseSchur {
  public:
@@ -156,8 +156,8 @@ class DenseSchur {
     const Eigen::Index rank = columns_.cols() / 3;
     columns_.rightCols(rank) = columns_.leftCols(rank);
     product_.setZero(size_, size_);
-    linalg::Dense<Scalar>::add_symmetric_nt(columns_.leftCols(2 * rank), columns_.rightCols(2 * rank), Scalar(1),
-                                            product_);
+    linalg::Dense<Scalar>::add_symmetric_nt(columns_.leftCols(2 * rank), columns_.rightCols(2 * rank),
+                                            Scalar(1), product_);
     const int variable = coefficients_.variable[i];
     for (std::size_t j = i; j < coefficients_.count(); ++j) {
       Scalar sum(0);
@@ -184,8 +184,8 @@ class DenseSchur {
     for (std::size_t e = coefficients_.start[j]; e < coefficients_.start[j + 1]; ++e) {
       const int r = coefficients_.row[e];
       const int c = coefficients_.column[e];
-      sum += Scalar(coefficients_.half[e]) *
-             (left_.col(r).dot(right_.col(c)) + left_.col(c).dot(right_.col(r)));
+      sum +=
+          Scalar(coefficients_.half[e]) * (left_.col(r).dot(right_.col(c)) + left_.col(c).dot(right_.col(r)));
     }
     return sum;
   }

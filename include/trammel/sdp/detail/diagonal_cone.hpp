@@ -48,7 +48,9 @@ class DiagonalCone {
     add_operator(x, Scalar(1), d_);
   }
 
-  [[nodiscard]] bool factorise() const { return (x_.array() > Scalar(0)).all() && (y_.array() > Scalar(0)).all(); }
+  [[nodiscard]] bool factorise() const {
+    return (x_.array() > Scalar(0)).all() && (y_.array() > Scalar(0)).all();
+  }
 
   void add_adjoint_y(Vector& out, Scalar scale) const { add_adjoint(y_, scale, out); }
 

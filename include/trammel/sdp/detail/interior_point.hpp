@@ -115,10 +115,9 @@ class InteriorPoint {
         }
       }
       for (const LowRankTerm& t : model_.dense[b].low_rank) {
-        squares[t.variable] +=
-            (t.vectors * t.weights.asDiagonal() * (t.vectors.transpose() * t.vectors) * t.weights.asDiagonal() *
-             t.vectors.transpose())
-                .trace();
+        squares[t.variable] += (t.vectors * t.weights.asDiagonal() * (t.vectors.transpose() * t.vectors) *
+                                t.weights.asDiagonal() * t.vectors.transpose())
+                                   .trace();
       }
       coefficient_squares_ += squares;
       const auto [x0, y0] = starting_sizes(squares, constant, model_.dense[b].size);
@@ -187,7 +186,8 @@ class InteriorPoint {
     primal_error_ = static_cast<double>(sqrt(squares) / (Scalar(1) + constant_size_));
     const double gap = static_cast<double>(abs(primal_objective_ - dual_objective_) / size);
     primal_error_ = std::max(primal_error_, rounding_error());
-    error_ = std::max({dual_error_, primal_error_, gap, std::abs(static_cast<double>(inner / size)), negative_y_});
+    error_ =
+        std::max({dual_error_, primal_error_, gap, std::abs(static_cast<double>(inner / size)), negative_y_});
     if (error_ < best_error_) {
       if (error_ < kRealProgress * best_error_) {
         last_progress_ = iteration_;
@@ -196,10 +196,19 @@ class InteriorPoint {
       keep(best_);
     }
 #ifdef TRACE
-    if (getenv("TR")) printf("%3d p %.10e d %.10e pe %.1e de %.1e gap %.1e xy %.1e |x| %.1e |Y| %.1e xd %.1e DY %.1e step %.3f %.3f res %.1e\n", iteration_, (double)primal_objective_, (double)dual_objective_, primal_error_, dual_error_, gap, (double)(inner/size), (double)x_.norm(), dense_.empty()?0.0:(double)dense_[0].y().norm(), (double)(x_.dot(dual_residual_)/size), (double)((primal_objective_-dual_objective_-inner-x_.dot(dual_residual_))/size), step_x_, step_y_, (double)system_.relative_residual());
+    if (getenv("TR"))
+      printf(
+          "%3d p %.10e d %.10e pe %.1e de %.1e gap %.1e xy %.1e |x| %.1e |Y| %.1e xd %.1e DY %.1e step %.3f "
+          "%.3f res %.1e\n",
+          iteration_, (double)primal_objective_, (double)dual_objective_, primal_error_, dual_error_, gap,
+          (double)(inner / size), (double)x_.norm(), dense_.empty() ? 0.0 : (double)dense_[0].y().norm(),
+          (double)(x_.dot(dual_residual_) / size),
+          (double)((primal_objective_ - dual_objective_ - inner - x_.dot(dual_residual_)) / size), step_x_,
+          step_y_, (double)system_.relative_residual());
 #endif
     if (observe_) {
-      const double range = std::log10(std::max(best_error_, settings_.tolerance)) / std::log10(settings_.tolerance);
+      const double range =
+          std::log10(std::max(best_error_, settings_.tolerance)) / std::log10(settings_.tolerance);
       fraction_ = std::max(fraction_, std::clamp(range, 0.0, 1.0));
       observe_({"semidefinite program", fraction_});
     }
@@ -212,7 +221,8 @@ class InteriorPoint {
     } else {
       const Eigen::VectorXd x = x_.template cast<double>();
       const double moved = std::sqrt(x.cwiseAbs2().dot(coefficient_squares_));
-      return std::numeric_limits<double>::epsilon() / 2.0 * moved / static_cast<double>(Scalar(1) + constant_size_);
+      return std::numeric_limits<double>::epsilon() / 2.0 * moved /
+             static_cast<double>(Scalar(1) + constant_size_);
     }
   }
 
@@ -236,7 +246,8 @@ class InteriorPoint {
       return Status::kIterationLimit;
     }
     const bool stuck = std::max(step_x_, step_y_) < kSmallestStep;
-    if (!std::isfinite(error_) || stuck || iteration_ - last_progress_ > (small_pivots_ == SmallPivots::kHold ? kShortPatience : kPatience)) {
+    if (!std::isfinite(error_) || stuck ||
+        iteration_ - last_progress_ > (small_pivots_ == SmallPivots::kHold ? kShortPatience : kPatience)) {
       return Status::kNumericalTrouble;
     }
     return std::nullopt;
@@ -267,8 +278,9 @@ class InteriorPoint {
     diagonal_.set(best_.diagonal_x, best_.diagonal_y);
   }
 
-  /// Where <F_i, Y> = c_i is what the best iterate violates most: moves Y to the nearest point where it holds, and
-  /// keeps that if the error measures, with the eigenvalues of Y that became negative, are smaller then.
+  /// Where <F_i, Y> = c_i is what the best iterate violates most: moves Y to the nearest point where it
+  /// holds, and keeps that if the error measures, with the eigenvalues of Y that became negative, are smaller
+  /// then.
   void project_multiplier() {
     restore_best();
     measure();
@@ -359,8 +371,8 @@ class InteriorPoint {
     }
   }
 
-  /// Corrects dY where rounding errors in its evaluation, and not only in dx, leave <F_i, Y + dY> away from c_i: by
-  /// Newton steps for that residual alone, whose own errors are relative to the correction.
+  /// Corrects dY where rounding errors in its evaluation, and not only in dx, leave <F_i, Y + dY> away from
+  /// c_i: by Newton steps for that residual alone, whose own errors are relative to the correction.
   void refine_direction() {
     constexpr int kMaxCorrections = 4;
     constexpr double kWorthIt = 1e-3;  // of the tolerance
@@ -494,10 +506,10 @@ class InteriorPoint {
     return outcome;
   }
 
-  static constexpr double kRealProgress = 0.9;     // smaller improvements do not count
-  static constexpr int kShortPatience = 6;         // iterations without progress before the strategy changes
-  static constexpr int kPatience = 15;             // and before giving up
-  static constexpr double kSmallestStep = 1e-7;    // of both steps
+  static constexpr double kRealProgress = 0.9;   // smaller improvements do not count
+  static constexpr int kShortPatience = 6;       // iterations without progress before the strategy changes
+  static constexpr int kPatience = 15;           // and before giving up
+  static constexpr double kSmallestStep = 1e-7;  // of both steps
   static constexpr double kSmallestCentring = 0.1;
 
   const Model& model_;

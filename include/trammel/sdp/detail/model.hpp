@@ -57,9 +57,9 @@ struct Model {
   std::vector<std::vector<Place>> places;  ///< per original block and row
 };
 
-/// Splits dense blocks into the connected components of their joint sparsity pattern (Y may vanish outside them
-/// without loss, since X does), puts components of one row with the diagonal rows, and turns pairs of opposite
-/// diagonal rows (a'x >= b and -a'x >= -b) into equations.
+/// Splits dense blocks into the connected components of their joint sparsity pattern (Y may vanish outside
+/// them without loss, since X does), puts components of one row with the diagonal rows, and turns pairs of
+/// opposite diagonal rows (a'x >= b and -a'x >= -b) into equations.
 [[nodiscard]] Model reduce(const Problem& problem);
 
 /// The parts' X or Y in the problem's own blocks.

@@ -168,8 +168,7 @@ class Reducer {
           part[root] = static_cast<int>(model_.dense.size());
           model_.dense.emplace_back();
         }
-        place = {Place::Kind::kDense, part[root],
-                 model_.dense[static_cast<std::size_t>(part[root])].size++};
+        place = {Place::Kind::kDense, part[root], model_.dense[static_cast<std::size_t>(part[root])].size++};
       }
     }
   }
@@ -198,7 +197,8 @@ class Reducer {
       }
       const Place& place = place_of(term.block, row);
       if (place.kind == Place::Kind::kDiagonal) {
-        const double value = (term.vectors.row(row).array().square() * term.weights.transpose().array()).sum();
+        const double value =
+            (term.vectors.row(row).array().square() * term.weights.transpose().array()).sum();
         model_.diagonal.entries.push_back({term.variable, place.row, value});
         return;
       }

@@ -25,7 +25,8 @@ struct Outcome {
   double factor_s = 0.0;
 };
 
-[[nodiscard]] Outcome run_double(const Model& model, const Settings& settings, const ProgressObserver& observe);
+[[nodiscard]] Outcome run_double(const Model& model, const Settings& settings,
+                                 const ProgressObserver& observe);
 [[nodiscard]] Outcome run_double_double(const Model& model, const Settings& settings,
                                         const ProgressObserver& observe);
 

@@ -8,7 +8,8 @@
 
 namespace trammel::inline TRAMMEL_ABI::sdp::detail {
 
-TRAMMEL_INLINE Outcome run_double_double(const Model& model, const Settings& settings, const ProgressObserver& observe) {
+TRAMMEL_INLINE Outcome run_double_double(const Model& model, const Settings& settings,
+                                         const ProgressObserver& observe) {
   return InteriorPoint<linalg::ExtendedDouble>(model, settings, observe).run();
 }
 

@@ -7,7 +7,8 @@
 
 namespace trammel::inline TRAMMEL_ABI::sdp::detail {
 
-TRAMMEL_INLINE Outcome run_double(const Model& model, const Settings& settings, const ProgressObserver& observe) {
+TRAMMEL_INLINE Outcome run_double(const Model& model, const Settings& settings,
+                                  const ProgressObserver& observe) {
   return InteriorPoint<double>(model, settings, observe).run();
 }
 

@@ -13,9 +13,9 @@
 
 namespace trammel::inline TRAMMEL_ABI::sdp::detail {
 
-/// What to do with pivots of the Schur complement that are no larger than their rounding errors. They belong to
-/// dependent constraints, and near the solution also to directions that hardly matter or, where a problem has no
-/// interior points, to ones that do.
+/// What to do with pivots of the Schur complement that are no larger than their rounding errors. They belong
+/// to dependent constraints, and near the solution also to directions that hardly matter or, where a problem
+/// has no interior points, to ones that do.
 enum class SmallPivots {
   kHold,   ///< the variable does not move: stable, but the directions are lost
   kShift,  ///< add a multiple of the identity, just large enough: less stable, every direction is kept
@@ -24,7 +24,8 @@ enum class SmallPivots {
 /// Solves
 ///   B dx - G df = r,   G' dx = e
 /// for positive semidefinite B (m x m) and the equations' coefficients G (m x k) by the Cholesky factor of
-/// K = B + rho G G', scaled to unit diagonal, and of G' K^-1 G, then refines the solution against the system itself.
+/// K = B + rho G G', scaled to unit diagonal, and of G' K^-1 G, then refines the solution against the system
+/// itself.
 template <class Scalar>
 class SchurSystem {
  public:
@@ -75,8 +76,8 @@ class SchurSystem {
     const int max_steps = small_pivots_ == SmallPivots::kHold ? 8 : 40;
     constexpr double kRoundingErrors = 4.0;
     return linalg::gmres<Scalar>(
-        right, [&](const auto& v) { return apply(v); }, [&](const auto& v) { return precondition(v); }, max_steps,
-        Scalar(kRoundingErrors) * std::numeric_limits<Scalar>::epsilon(), relative_residual_);
+        right, [&](const auto& v) { return apply(v); }, [&](const auto& v) { return precondition(v); },
+        max_steps, Scalar(kRoundingErrors) * std::numeric_limits<Scalar>::epsilon(), relative_residual_);
   }
 
   /// ||right - A solution|| / ||right|| of the last solution.
