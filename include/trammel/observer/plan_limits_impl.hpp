@@ -8,6 +8,7 @@
 
 #include "trammel/core/error.hpp"
 #include "trammel/observer/plan_limits.hpp"
+#include "trammel/observer/plan_problem_impl.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::observer {
 
