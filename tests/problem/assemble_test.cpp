@@ -12,6 +12,7 @@
 #include "trammel/linalg/cholesky.hpp"
 #include "trammel/linalg/qr.hpp"
 #include "trammel/problem/zoo.hpp"
+#include "trammel/sensor/any_sensor.hpp"
 #include "trammel/trajectory/motion_parameters.hpp"
 
 namespace {
@@ -101,6 +102,215 @@ TEST(Zoo, LongFlightIsTheReferencePath) {
     EXPECT_EQ(t, nominal.sample_times_s[i]);
     EXPECT_LT((x - nominal.sample_positions_m[i]).norm(), 1e-6);
   }
+}
+
+/// Every kind of sensor, irregular knots, own covariances, measurements out of order.
+Scenario mixed_scenario() {
+  Scenario scenario;
+  scenario.knots_s = {-5.0, 0.0, 2.0, 30.0, 33.0};
+  scenario.nominal.position_m = {3000.0, -2000.0, 1500.0};
+  scenario.nominal.velocity_mps = {80.0, 60.0, -3.0};
+  scenario.bounds.position_m = {100.0, 50.0, 20.0};
+  scenario.bounds.velocity_mps = {10.0, 11.0, 12.0};
+  scenario.bounds.acceleration_mps2.assign(4, {3.0, 4.0, 5.0});
+  for (std::size_t k = 0; k < kSensorKinds; ++k) {
+    const SensorKind kind = kSensorTable[k].kind;
+    Eigen::MatrixXd covariance = Eigen::MatrixXd::Identity(components(kind), components(kind));
+    covariance *= 0.01 * static_cast<double>(k + 1);
+    covariance(0, covariance.cols() - 1) += 0.001;
+    covariance(covariance.rows() - 1, 0) = covariance(0, covariance.cols() - 1);
+    scenario.stations.push_back({.name = std::string(describe(kind).name),
+                                 .kind = kind,
+                                 .position_m = {100.0 * static_cast<double>(k), 50.0, 7.0},
+                                 .covariance = covariance,
+                                 .times_s = {31.0, -5.0, 1.5, 33.0, 12.0}});
+  }
+  return scenario;
+}
+
+/// The same with observations off the reference, one with its own covariance.
+Scenario observed_scenario() {
+  Scenario scenario = mixed_scenario();
+  RandomStream stream(12);
+  for (std::size_t i = scenario.stations.size(); i-- > 0;) {
+    const Station& station = scenario.stations[i];
+    for (const double t : station.times_s) {
+      const Eigen::Vector3d x = scenario.nominal.position_m + (t + 5.0) * scenario.nominal.velocity_mps;
+      const sensor::Padded value =
+          sensor::measure(station.kind, x - station.position_m, scenario.nominal.velocity_mps);
+      Measurement m{.t_s = t,
+                    .station = i,
+                    .value = sensor::unpadded(value, components(station.kind)),
+                    .covariance = std::nullopt};
+      for (double& y : m.value) {
+        y += 0.1 * stream.normal();
+      }
+      scenario.observations.push_back(m);
+    }
+  }
+  scenario.observations[3].covariance = 4.0 * scenario.stations[scenario.observations[3].station].covariance;
+  return scenario;
+}
+
+/// J and F'y by the definition: dense sums in z, Jacobians by central differences of the measurement.
+struct Normal {
+  Eigen::MatrixXd J;
+  Eigen::VectorXd Fy;
+};
+Normal by_definition(const Scenario& scenario, const TrajectoryProblem& assembled) {
+  const Eigen::Index p = assembled.problem.parameters();
+  Normal normal{Eigen::MatrixXd::Zero(p, p), Eigen::VectorXd::Zero(p)};
+  for (const Measurement& m : scenario.observations) {
+    const Station& station = scenario.stations[m.station];
+    const Eigen::Index size = components(station.kind);
+    const auto at = [&](const Eigen::VectorXd& z) {
+      const auto spline = assembled.coordinates.spline(z);
+      return sensor::measure(station.kind,
+                             assembled.nominal.position(m.t_s) + spline.position(m.t_s) - station.position_m,
+                             assembled.nominal.velocity(m.t_s) + spline.velocity(m.t_s));
+    };
+    Eigen::MatrixXd H(size, p);
+    for (Eigen::Index j = 0; j < p; ++j) {
+      const double step = 0.02;
+      const Eigen::VectorXd z = step * Eigen::VectorXd::Unit(p, j);
+      H.col(j) = sensor::unpadded((at(z) - at(-z)) / (2 * step), size);
+    }
+    const Eigen::MatrixXd W = m.covariance ? *m.covariance : station.covariance;
+    const linalg::Cholesky cholesky(W);
+    const Eigen::VectorXd y = m.value - sensor::unpadded(at(Eigen::VectorXd::Zero(p)), size);
+    normal.J += H.transpose() * cholesky.solve(H);
+    normal.Fy += H.transpose() * cholesky.solve(y);
+  }
+  return normal;
+}
+
+TEST(Assemble, AgreesWithTheDefinitionForEveryKind) {
+  const Scenario scenario = observed_scenario();
+  const TrajectoryProblem assembled = assemble(scenario);
+  const Normal expected = by_definition(scenario, assembled);
+  const Eigen::MatrixXd& F = assembled.problem.information_factor;
+  EXPECT_LT((F.transpose() * F - expected.J).norm(), 1e-6 * expected.J.norm());
+  EXPECT_LT((F.transpose() * assembled.information_rhs - expected.Fy).norm(), 1e-6 * expected.Fy.norm());
+  EXPECT_EQ(assembled.observations, 35U);
+}
+
+TEST(Assemble, TheOrderOfMeasurementsDoesNotMatter) {
+  Scenario scenario = observed_scenario();
+  const TrajectoryProblem first = assemble(scenario);
+  std::reverse(scenario.observations.begin(), scenario.observations.end());
+  const TrajectoryProblem second = assemble(scenario);
+  const Eigen::MatrixXd J = first.problem.information_factor.transpose() * first.problem.information_factor;
+  const Eigen::MatrixXd other =
+      second.problem.information_factor.transpose() * second.problem.information_factor;
+  EXPECT_LT((J - other).norm(), 1e-13 * J.norm());
+  EXPECT_NEAR(first.information_residual, second.information_residual, 1e-9);
+}
+
+TEST(Assemble, PlannedMeasurementsHaveTheSameInformation) {
+  Scenario scenario = observed_scenario();
+  scenario.observations[3].covariance.reset();
+  const Eigen::MatrixXd observed = assemble(scenario).problem.information_factor;
+  scenario.observations.clear();
+  const TrajectoryProblem planned = assemble(scenario);
+  EXPECT_LT((observed.cwiseAbs() - planned.problem.information_factor.cwiseAbs()).norm(),
+            1e-11 * observed.norm());
+  EXPECT_EQ(planned.information_rhs.size(), 0);
+  EXPECT_EQ(planned.observations, 35U);
+}
+
+// Linearised about another path, the data still describe deviations from the reference: with exact
+// measurements of a motion, linearised about that motion, the residual vanishes there.
+TEST(Assemble, LinearisesAboutAnotherPath) {
+  Scenario scenario = observed_scenario();
+  const TrajectoryProblem reference = assemble(scenario);
+  Eigen::VectorXd theta = Eigen::VectorXd::LinSpaced(18, -2.0, 3.0);
+  theta.head<3>() << 40.0, -30.0, 15.0;
+  const auto deviation = reference.coordinates.spline(reference.coordinates.from_motion(theta));
+  for (Measurement& m : scenario.observations) {
+    const Station& station = scenario.stations[m.station];
+    m.value = sensor::unpadded(
+        sensor::measure(station.kind,
+                        reference.nominal.position(m.t_s) + deviation.position(m.t_s) - station.position_m,
+                        reference.nominal.velocity(m.t_s) + deviation.velocity(m.t_s)),
+        components(station.kind));
+  }
+  const TrajectoryProblem about = assemble(scenario, &deviation);
+  const Eigen::VectorXd z = about.coordinates.from_motion(theta);
+  const Eigen::MatrixXd& F = about.problem.information_factor;
+  EXPECT_LT((F * z - about.information_rhs).norm(), 1e-9 * about.information_rhs.norm());
+  EXPECT_LT(about.information_residual, 1e-9 * about.information_rhs.squaredNorm());
+}
+
+TEST(Assemble, ZeroRemovesExactlyAndInfinityLeavesFree) {
+  Scenario scenario = mixed_scenario();
+  scenario.bounds.velocity_mps.setZero();
+  scenario.bounds.acceleration_mps2[1].y() = 0.0;
+  scenario.bounds.acceleration_mps2[2] = {0.0, kInfinity, 2.0};
+  scenario.bounds.position_m.setConstant(kInfinity);
+  const TrajectoryProblem assembled = assemble(scenario);
+  EXPECT_EQ(assembled.problem.parameters(), 18 - 3 - 1 - 1);
+  EXPECT_EQ(assembled.ellipsoid_of_bound, (std::vector<Eigen::Index>{-1, -1, 0, 1, 2, 3}));
+  EXPECT_EQ(assembled.problem.ellipsoids[1].rows(), 2);
+  EXPECT_EQ(assembled.problem.ellipsoids[2].rows(), 1);
+  EXPECT_EQ(assembled.problem.ellipsoids[3].rows(), 3);
+  // theta -> z -> theta, and the path of z is the path of theta.
+  RandomStream stream(3);
+  Eigen::VectorXd theta = Eigen::VectorXd::Zero(18);
+  for (const Eigen::Index place : assembled.coordinates.kept()) {
+    theta(place) = stream.normal();
+  }
+  const Eigen::VectorXd z = assembled.coordinates.from_motion(theta);
+  const Eigen::VectorXd again = assembled.coordinates.motion(z);
+  EXPECT_LT((again - theta).norm(), 1e-12 * theta.norm());
+  for (std::size_t k = 0; k < 18; ++k) {
+    if (assembled.coordinates.removed()[k]) {
+      EXPECT_EQ(again(static_cast<Eigen::Index>(k)), 0.0);
+    }
+  }
+  const auto spline = assembled.coordinates.spline(z);
+  for (const double t : {-5.0, 1.0, 17.0, 33.0}) {
+    const Eigen::RowVectorXd power = trajectory::motion_row(assembled.coordinates.basis(), t);
+    const Eigen::Vector3d expected = theta.reshaped(3, 6) * power.transpose();
+    EXPECT_LT((spline.position(t) - expected).norm(), 1e-11 * (1 + expected.norm())) << t;
+    EXPECT_LT((assembled.coordinates.position_rows(t) * z - expected).norm(), 1e-11 * (1 + expected.norm()));
+    EXPECT_LT((assembled.coordinates.velocity_rows(t) * z - spline.velocity(t)).norm(), 1e-11);
+    EXPECT_LT((assembled.coordinates.acceleration_rows(t) * z - spline.acceleration(t)).norm(), 1e-11);
+  }
+}
+
+// All but the start removed on 300 segments: the straight lines, in a well conditioned basis.
+TEST(Assemble, ManyRemovedSegmentsLeaveStraightLines) {
+  Scenario scenario = zoo::long_flight(300).scenario;
+  std::fill(scenario.bounds.acceleration_mps2.begin(), scenario.bounds.acceleration_mps2.end(),
+            Eigen::Vector3d::Zero());
+  const TrajectoryProblem assembled = assemble(scenario);
+  ASSERT_EQ(assembled.problem.parameters(), 6);
+  EXPECT_EQ(assembled.problem.information_factor.rows(), 6);
+  Eigen::VectorXd theta = Eigen::VectorXd::Zero(906);
+  theta.head<6>() << 10.0, 20.0, 30.0, 1.0, -2.0, 3.0;
+  const auto spline = assembled.coordinates.spline(assembled.coordinates.from_motion(theta));
+  for (const double t : {0.0, 1234.5, 3000.0}) {
+    const Eigen::Vector3d expected = theta.head<3>() + t * theta.segment<3>(3);
+    EXPECT_LT((spline.position(t) - expected).norm(), 1e-9 * (1 + expected.norm())) << t;
+  }
+}
+
+TEST(Assemble, AcceptsVeryManyMeasurements) {
+  Scenario scenario = zoo::long_flight(3).scenario;
+  const TrajectoryProblem few = assemble(scenario);
+  std::vector<double>& times = scenario.stations[0].times_s;
+  const std::vector<double> once = times;
+  constexpr int kCopies = 5000;
+  for (Station& station : scenario.stations) {
+    station.times_s.clear();
+    for (int i = 0; i < kCopies; ++i) {
+      station.times_s.insert(station.times_s.end(), once.begin(), once.end());
+    }
+  }
+  const TrajectoryProblem many = assemble(scenario);
+  EXPECT_EQ(many.observations, 2U * 31U * kCopies);
+  EXPECT_EQ(many.problem.information_factor.rows(), 15);
+  EXPECT_NEAR(gauss_markov(many.problem) * std::sqrt(kCopies) / gauss_markov(few.problem), 1.0, 1e-9);
 }
 
 }  // namespace
