@@ -174,7 +174,7 @@ TEST(Synthesis, RejectsWhatCannotBeInvariant) {
             std::string::npos);
   EXPECT_NE(error_of([] { (void)design_of(0, 1.0, vec({0.5})); }).find("order"), std::string::npos);
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_NE(error_of([&] { (void)design_of(2, 1.0, vec({0.5, nan})); }).find("b"), std::string::npos);
+  EXPECT_NE(error_of([&] { (void)design_of(2, 1.0, vec({0.5, nan})); }).find("gains"), std::string::npos);
   FilterSpecification specification;
   specification.a = {vec({0.9}), vec({1.0})};
   specification.b = {vec({0.5}), vec({0.5})};

@@ -182,7 +182,8 @@ TEST(GuaranteedRule, OrdersOneAndThreeAgainstTheBatchEstimate) {
       const double lower =
           batch_bound({.order = order, .samples = 30, .index = index, .output = goal.output}).lower;
       EXPECT_GE(best.mean_square_error, lower);
-      EXPECT_LE(best.mean_square_error, 1.06 * lower) << order << " " << index;
+      // One gain is further from the best linear filter than two or three.
+      EXPECT_LE(best.mean_square_error, (order == 1 ? 1.09 : 1.02) * lower) << order << " " << index;
       // No neighbour is better, and no member of the restricted families.
       for (int i = 0; i < order; ++i) {
         for (const double factor : {0.97, 1.03}) {

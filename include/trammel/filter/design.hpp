@@ -34,14 +34,17 @@ struct FilterSpecification {
   FilterMode mode = FilterMode::kDerivatives;
   std::vector<Polynomial> a;  ///< smoothing polynomials in q, one per row, a_i(0) = 1
   std::vector<Polynomial> b;  ///< smoothing polynomials in q, one per row
+  /// Constant gains kappa_i = a_i - b_i with a_i = 1, in place of a and b, which stay empty: small gains
+  /// would lose their digits in b_i = 1 - kappa_i.
+  Eigen::VectorXd gains;
 };
 
-/// Specification with constant gains kappa_i: a_i = 1, b_i = 1 - kappa_i. The correction of row i is
+/// Specification with constant gains kappa_i. The correction of row i is
 /// kappa_i / (i! T^i) times the innovation: alpha, beta/T, gamma/(2 T^2), ...
 [[nodiscard]] FilterSpecification from_gains(int order, double sampling_s, const Eigen::VectorXd& gains,
                                              FilterMode mode = FilterMode::kDerivatives);
 
-/// Gains kappa of a specification with constant a_i = 1 and b_i; empty otherwise.
+/// Gains kappa of a specification with constant gains, or with constant a_i and b_i; empty otherwise.
 [[nodiscard]] Eigen::VectorXd constant_gains(const FilterSpecification& specification);
 
 /// Transfer functions of a filter from the measurement g(n). The common denominator is not reduced.

@@ -35,6 +35,13 @@ inline void require_valid(const FilterSpecification& s) {
   require_order(s.order, s.rows);
   require(std::isfinite(s.sampling_s) && s.sampling_s > 0.0, "sampling_s", std::to_string(s.sampling_s),
           "a positive number of seconds");
+  if (s.gains.size() > 0) {
+    require(s.a.empty() && s.b.empty(), "gains", "gains beside a or b", "one of them");
+    require(s.gains.size() == s.rows, "gains", std::to_string(s.gains.size()) + " gains",
+            std::to_string(s.rows) + ", one per row");
+    require(s.gains.allFinite(), "gains", "a gain that is not finite", "finite gains");
+    return;
+  }
   require_polynomials(s.a, s.rows, "a");
   require_polynomials(s.b, s.rows, "b");
   for (const Polynomial& a : s.a) {
@@ -64,6 +71,30 @@ inline std::vector<std::vector<Polynomial>> predictor_d(int order, int rows) {
   return f;
 }
 
+/// Smoothing polynomials in d: a, b and a - b, which is the exact gain where that is constant.
+struct Smoothing {
+  std::vector<Polynomial> a;
+  std::vector<Polynomial> b;
+  std::vector<Polynomial> difference;
+};
+
+inline Smoothing smoothing_d(const FilterSpecification& s) {
+  Smoothing smoothing;
+  for (int i = 0; i < s.rows; ++i) {
+    if (s.gains.size() > 0) {
+      smoothing.a.push_back(constant(1.0));
+      smoothing.b.push_back(constant(1.0 - s.gains[i]));
+      smoothing.difference.push_back(constant(s.gains[i]));
+    } else {
+      const auto at = static_cast<std::size_t>(i);
+      smoothing.a.push_back(reflect(s.a[at]));
+      smoothing.b.push_back(reflect(s.b[at]));
+      smoothing.difference.push_back(reflect(add(s.a[at], s.b[at], -1.0)));
+    }
+  }
+  return smoothing;
+}
+
 /// Product of a_j^2 over all rows but those from `skip_begin` to before `skip_end`.
 inline Polynomial squares_except(const std::vector<Polynomial>& a, int skip_begin, int skip_end) {
   Polynomial product = constant(1.0);
@@ -78,15 +109,15 @@ inline Polynomial squares_except(const std::vector<Polynomial>& a, int skip_begi
 
 /// Numerators and denominator in d, T = 1, of the filter with artificial feedback: back substitution of
 /// (I - F0) x = N u from the last row, x_i = Y_i / (d^(v-i) Q) u, Q the product of all a_j^2.
-inline void synthesise_derivatives(FilterDesign& design, const std::vector<Polynomial>& a,
-                                   const std::vector<Polynomial>& b) {
+inline void synthesise_derivatives(FilterDesign& design, const Smoothing& smoothing) {
+  const std::vector<Polynomial>& a = smoothing.a;
   const int order = design.specification.order;
   const int rows = design.specification.rows;
   const auto f = predictor_d(order, rows);
   std::vector<Polynomial> y(static_cast<std::size_t>(rows));
   for (int i = rows - 1; i >= 0; --i) {
     const auto at = static_cast<std::size_t>(i);
-    const Polynomial own = multiply(add(a[at], b[at], -1.0), squares_except(a, i, i + 1)) / factorial(i);
+    const Polynomial own = multiply(smoothing.difference[at], squares_except(a, i, i + 1)) / factorial(i);
     if (i == rows - 1) {
       y[at] = own;
       continue;
@@ -98,7 +129,7 @@ inline void synthesise_derivatives(FilterDesign& design, const std::vector<Polyn
     }
   }
   const Polynomial all = squares_except(a, 0, 0);
-  const Polynomial own_b = multiply(multiply(b[0], a[0]), squares_except(a, 0, 1));
+  const Polynomial own_b = multiply(multiply(smoothing.b[0], a[0]), squares_except(a, 0, 1));
   design.denominator_d = add(y[0], raise(own_b, order));
   design.innovation_numerator_d = raise(all, order);
   for (int i = 0; i < rows; ++i) {
@@ -108,17 +139,17 @@ inline void synthesise_derivatives(FilterDesign& design, const std::vector<Polyn
 
 /// The same for the published diagonal form: u = d^v a_0^2 / P_0 g, P_0 = a_0 - b_0 + d^v a_0 b_0, and row i
 /// is d^i (a_i - b_i) a_0^2 / (i! a_i^2 P_0) g, over the common denominator.
-inline void synthesise_differences(FilterDesign& design, const std::vector<Polynomial>& a,
-                                   const std::vector<Polynomial>& b) {
+inline void synthesise_differences(FilterDesign& design, const Smoothing& smoothing) {
+  const std::vector<Polynomial>& a = smoothing.a;
   const int order = design.specification.order;
   const Polynomial others = squares_except(a, 0, 1);
-  const Polynomial difference = add(a[0], b[0], -1.0);
-  design.denominator_d = multiply(add(difference, raise(multiply(a[0], b[0]), order)), others);
+  const Polynomial& difference = smoothing.difference[0];
+  design.denominator_d = multiply(add(difference, raise(multiply(a[0], smoothing.b[0]), order)), others);
   design.innovation_numerator_d = raise(squares_except(a, 0, 0), order);
   design.numerators_d.push_back(multiply(difference, others));
   for (int i = 1; i < design.specification.rows; ++i) {
     const auto at = static_cast<std::size_t>(i);
-    const Polynomial factor = multiply(add(a[at], b[at], -1.0), squares_except(a, i, i + 1));
+    const Polynomial factor = multiply(smoothing.difference[at], squares_except(a, i, i + 1));
     design.numerators_d.push_back(raise(factor, i) / factorial(i));
   }
 }
@@ -140,14 +171,14 @@ TRAMMEL_INLINE FilterSpecification from_gains(int order, double sampling_s, cons
   specification.rows = static_cast<int>(gains.size());
   specification.sampling_s = sampling_s;
   specification.mode = mode;
-  for (const double gain : gains) {
-    specification.a.push_back(constant(1.0));
-    specification.b.push_back(constant(1.0 - gain));
-  }
+  specification.gains = gains;
   return specification;
 }
 
 TRAMMEL_INLINE Eigen::VectorXd constant_gains(const FilterSpecification& specification) {
+  if (specification.gains.size() > 0) {
+    return specification.gains;
+  }
   Eigen::VectorXd gains(specification.rows);
   for (int i = 0; i < specification.rows; ++i) {
     const Polynomial& a = specification.a[static_cast<std::size_t>(i)];
@@ -155,7 +186,7 @@ TRAMMEL_INLINE Eigen::VectorXd constant_gains(const FilterSpecification& specifi
     if (!a.tail(a.size() - 1).isZero(0.0) || !b.tail(b.size() - 1).isZero(0.0)) {
       return {};
     }
-    gains[i] = 1.0 - b[0];
+    gains[i] = a[0] - b[0];
   }
   return gains;
 }
@@ -164,16 +195,11 @@ TRAMMEL_INLINE FilterDesign synthesise(const FilterSpecification& specification)
   detail::require_valid(specification);
   FilterDesign design;
   design.specification = specification;
-  std::vector<Polynomial> a;
-  std::vector<Polynomial> b;
-  for (int i = 0; i < specification.rows; ++i) {
-    a.push_back(reflect(specification.a[static_cast<std::size_t>(i)]));
-    b.push_back(reflect(specification.b[static_cast<std::size_t>(i)]));
-  }
+  const detail::Smoothing smoothing = detail::smoothing_d(specification);
   if (specification.mode == FilterMode::kDerivatives) {
-    detail::synthesise_derivatives(design, a, b);
+    detail::synthesise_derivatives(design, smoothing);
   } else {
-    detail::synthesise_differences(design, a, b);
+    detail::synthesise_differences(design, smoothing);
   }
   design.denominator = trim(reflect(design.denominator_d));
   design.innovation_numerator = trim(reflect(design.innovation_numerator_d));
