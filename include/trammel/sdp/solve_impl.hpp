@@ -10,6 +10,7 @@
 
 #include "trammel/core/error.hpp"
 #include "trammel/linalg/dense_kernels.hpp"
+#include "trammel/linalg/extended_double.hpp"
 #include "trammel/linalg/symmetric_eigen.hpp"
 #include "trammel/sdp/detail/model.hpp"
 #include "trammel/sdp/detail/outcome.hpp"
@@ -35,15 +36,17 @@ void for_each_product(const Problem& problem, const BlockMatrix& matrix, Add&& a
   }
 }
 
-/// sum x_i F_i - constant F_0.
+/// sum x_i F_i - constant F_0, rounded once, so that it is right for large x_i too.
 inline BlockMatrix combine(const Problem& problem, const Eigen::VectorXd& x, double constant) {
-  BlockMatrix sum;
+  using Number = linalg::ExtendedDouble;
+  std::vector<linalg::DenseMatrix<Number>> sum;
   for (const Block& block : problem.blocks) {
-    sum.emplace_back(Eigen::MatrixXd::Zero(block.size, block.kind == BlockKind::kDense ? block.size : 1));
+    sum.emplace_back(
+        linalg::DenseMatrix<Number>::Zero(block.size, block.kind == BlockKind::kDense ? block.size : 1));
   }
   for (const Entry& e : problem.entries) {
     const auto b = static_cast<std::size_t>(e.block);
-    const double value = e.value * (e.variable == kConstant ? -constant : x[e.variable]);
+    const Number value = Number(e.value) * Number(e.variable == kConstant ? -constant : x[e.variable]);
     if (problem.blocks[b].kind != BlockKind::kDense) {
       sum[b](e.row, 0) += value;
       continue;
@@ -54,10 +57,18 @@ inline BlockMatrix combine(const Problem& problem, const Eigen::VectorXd& x, dou
     }
   }
   for (const LowRankTerm& t : problem.low_rank) {
-    sum[static_cast<std::size_t>(t.block)] +=
-        t.vectors * (x[t.variable] * t.weights).asDiagonal() * t.vectors.transpose();
+    const linalg::DenseMatrix<Number> vectors = t.vectors.cast<Number>();
+    linalg::DenseMatrix<Number> scaled = vectors;
+    for (Eigen::Index k = 0; k < scaled.cols(); ++k) {
+      scaled.col(k) *= Number(x[t.variable]) * Number(t.weights[k]);
+    }
+    linalg::Dense<Number>::add_product_nt(scaled, vectors, 1.0, sum[static_cast<std::size_t>(t.block)]);
   }
-  return sum;
+  BlockMatrix rounded;
+  for (const linalg::DenseMatrix<Number>& block : sum) {
+    rounded.push_back(block.cast<double>());
+  }
+  return rounded;
 }
 
 /// max(0, -lambda_min) over the blocks with a sign; free blocks count only where `free_counts`.
@@ -161,7 +172,7 @@ inline Eigen::Index unconstrained_variable(const Problem& problem) {
 /// Outcome of the passes in the precision asked for, and the precision of the last one.
 inline std::pair<Outcome, Precision> run_passes(const Model& model, const Settings& settings,
                                                 const ProgressObserver& observe) {
-  constexpr double kSmallProblem = 3e7;  // operations that take about a second in double-double numbers
+  constexpr double kSmallProblem = 5e8;  // operations that take seconds in double-double numbers
   if (settings.precision == Precision::kDoubleDouble) {
     return {run_double_double(model, settings, observe), Precision::kDoubleDouble};
   }
@@ -176,6 +187,30 @@ inline std::pair<Outcome, Precision> run_passes(const Model& model, const Settin
   again.assembly_s += outcome.assembly_s;
   again.factor_s += outcome.factor_s;
   return {std::move(again), Precision::kDoubleDouble};
+}
+
+inline double largest(const DimacsErrors& errors) {
+  return std::abs(*std::max_element(errors.begin(), errors.end(),
+                                    [](double a, double b) { return std::abs(a) < std::abs(b); }));
+}
+
+/// Where x was rounded from double-double numbers, X = sum x_i F_i - F_0 may fit the rounded x better than
+/// the rounded X does.
+inline void round_slack(const Problem& problem, Solution& solution) {
+  if (solution.precision != Precision::kDoubleDouble) {
+    return;
+  }
+  BlockMatrix slack = combine(problem, solution.x, 1.0);
+  for (std::size_t b = 0; b < slack.size(); ++b) {
+    if (problem.blocks[b].kind == BlockKind::kFree) {
+      slack[b].setZero();
+    }
+  }
+  const DimacsErrors errors = dimacs_errors(problem, solution.x, slack, solution.multiplier);
+  if (largest(errors) < largest(solution.dimacs)) {
+    solution.slack = std::move(slack);
+    solution.dimacs = errors;
+  }
 }
 
 /// The ray as a Solution states it, with the violation evaluated on the problem as given.
@@ -256,6 +291,7 @@ TRAMMEL_INLINE Solution solve(const Problem& problem, const Settings& settings,
   solution.primal_objective = problem.cost.dot(solution.x);
   solution.dual_objective = detail::constant_times(problem, solution.multiplier);
   solution.dimacs = dimacs_errors(problem, solution.x, solution.slack, solution.multiplier);
+  detail::round_slack(problem, solution);
   detail::attach_ray(problem, solution);
   solution.iterations = outcome.iterations;
   solution.timings.schur_assembly_s = outcome.assembly_s;

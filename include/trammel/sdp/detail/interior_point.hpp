@@ -48,6 +48,7 @@ class InteriorPoint {
     start();
     for (iteration_ = 0;; ++iteration_) {
       measure();
+      search_last_step();
       if (const std::optional<Status> reason = reason_to_stop()) {
         if (*reason != Status::kNumericalTrouble || !change_strategy()) {
           return finish(*reason);
@@ -166,14 +167,13 @@ class InteriorPoint {
     dual_residual_ = cost_;
     Scalar squares(0);
     Scalar inner(0);
-    dual_objective_ = equation_right_.dot(free_);
     for_each_cone([&](auto& cone) {
       cone.update_residual(x_);
       cone.add_adjoint_y(dual_residual_, Scalar(-1));
       squares += cone.residual_norm_squared();
       inner += cone.inner_product();
-      dual_objective_ += cone.constant_times_y();
     });
+    dual_objective_ = dual_objective();
     dual_residual_ -= equations_ * free_;
     equation_residual_ = equation_right_ - equations_.transpose() * x_;
     squares += equation_residual_.squaredNorm();
@@ -181,7 +181,8 @@ class InteriorPoint {
     mu_ = inner / Scalar(std::max(1, total_size_));
     using std::abs;
     using std::sqrt;
-    const Scalar size = Scalar(1) + abs(primal_objective_) + abs(dual_objective_);
+    objective_size_ = Scalar(1) + abs(primal_objective_) + abs(dual_objective_);
+    const Scalar size = objective_size_;
     dual_error_ = static_cast<double>(dual_residual_.norm() / (Scalar(1) + max_abs(cost_)));
     primal_error_ = static_cast<double>(sqrt(squares) / (Scalar(1) + constant_size_));
     const double gap = static_cast<double>(abs(primal_objective_ - dual_objective_) / size);
@@ -195,23 +196,19 @@ class InteriorPoint {
       best_error_ = error_;
       keep(best_);
     }
-#ifdef TRACE
-    if (getenv("TR"))
-      printf(
-          "%3d p %.10e d %.10e pe %.1e de %.1e gap %.1e xy %.1e |x| %.1e |Y| %.1e xd %.1e DY %.1e step %.3f "
-          "%.3f res %.1e\n",
-          iteration_, (double)primal_objective_, (double)dual_objective_, primal_error_, dual_error_, gap,
-          (double)(inner / size), (double)x_.norm(), dense_.empty() ? 0.0 : (double)dense_[0].y().norm(),
-          (double)(x_.dot(dual_residual_) / size),
-          (double)((primal_objective_ - dual_objective_ - inner - x_.dot(dual_residual_)) / size), step_x_,
-          step_y_, (double)system_.relative_residual());
-#endif
     if (observe_) {
       const double range =
           std::log10(std::max(best_error_, settings_.tolerance)) / std::log10(settings_.tolerance);
       fraction_ = std::max(fraction_, std::clamp(range, 0.0, 1.0));
       observe_({"semidefinite program", fraction_});
     }
+  }
+
+  /// <F_0, Y>.
+  [[nodiscard]] Scalar dual_objective() {
+    Scalar sum = equation_right_.dot(free_);
+    for_each_cone([&](auto& cone) { sum += cone.constant_times_y(); });
+    return sum;
   }
 
   /// What rounding x to double will add to the primal error; counts only where more digits are computed with.
@@ -304,6 +301,50 @@ class InteriorPoint {
     measure();
   }
 
+  /// Where rounding errors are about to win, the best balance of gap and complementarity may lie within the
+  /// last step: looks for it there and keeps it as the best iterate.
+  void search_last_step() {
+    constexpr int kPoints = 19;
+    constexpr double kNear = 30.0;
+    constexpr double kWorthIt = 0.95;
+    if (iteration_ == 0 || error_ <= settings_.tolerance || error_ > kNear * settings_.acceptable_tolerance) {
+      return;
+    }
+    const auto size = static_cast<double>(objective_size_);
+    const auto gap = static_cast<double>(primal_objective_ - dual_objective_) / size;
+    const auto gap_step =
+        static_cast<double>(Scalar(step_x_) * cost_.dot(dx_) - Scalar(step_y_) * dual_change_) / size;
+    double best = kWorthIt * std::min(error_, best_error_);
+    double chosen = 0.0;
+    for (int k = 1; k <= kPoints; ++k) {
+      const double back = static_cast<double>(k) / (kPoints + 1);
+      Scalar inner(0);
+      for_each_cone(
+          [&](auto& cone) { inner += cone.after_step(Scalar(-back * step_x_), Scalar(-back * step_y_)); });
+      const double estimate = std::max(
+          {std::abs(gap - back * gap_step), static_cast<double>(inner) / size, primal_error_, dual_error_});
+      if (estimate < best) {
+        best = estimate;
+        chosen = back;
+      }
+    }
+    if (chosen > 0.0) {
+      move(-chosen * step_x_, -chosen * step_y_);
+      measure();
+      move(chosen * step_x_, chosen * step_y_);
+      measure();
+    }
+  }
+
+  void move(double a, double b) {
+    for_each_cone([&](auto& cone) {
+      cone.step(Side::kX, Scalar(a));
+      cone.step(Side::kY, Scalar(b));
+    });
+    x_ += Scalar(a) * dx_;
+    free_ += Scalar(b) * dfree_;
+  }
+
   /// Looks for a ray: Y / <F_0, Y> against (P), x / |c'x| against (D).
   [[nodiscard]] std::optional<Status> infeasibility() {
     double violation = std::numeric_limits<double>::infinity();
@@ -377,15 +418,14 @@ class InteriorPoint {
     constexpr int kMaxCorrections = 4;
     constexpr double kWorthIt = 1e-3;  // of the tolerance
     const Eigen::Index m = cost_.size();
-    const double size = static_cast<double>(Scalar(1) + max_abs(cost_));
+    // A residual d of <F_i, Y> = c_i counts itself, and as x'd in the gap.
+    const double weight = std::max(1.0 / static_cast<double>(Scalar(1) + max_abs(cost_)),
+                                   static_cast<double>(x_.norm() / objective_size_));
     double previous = std::numeric_limits<double>::infinity();
     for (int k = 0; k < kMaxCorrections; ++k) {
       Vector rest = dual_residual_ - equations_ * dfree_;
       for_each_cone([&](auto& cone) { cone.add_adjoint_dy(rest, Scalar(-1)); });
-      const double error = static_cast<double>(rest.norm()) / size;
-#ifdef TRACE
-      if (getenv("TR")) printf("    refine %d: %.1e\n", k, error);
-#endif
+      const double error = static_cast<double>(rest.norm()) * weight;
       if (!(error > kWorthIt * settings_.tolerance) || !(error < previous / 2.0)) {
         return;
       }
@@ -430,12 +470,9 @@ class InteriorPoint {
     const double fraction = step_fraction();
     step_x_ = std::min(1.0, fraction * max_step(Side::kX, kEnough));
     step_y_ = std::min(1.0, fraction * max_step(Side::kY, kEnough));
-    for_each_cone([&](auto& cone) {
-      cone.step(Side::kX, Scalar(step_x_));
-      cone.step(Side::kY, Scalar(step_y_));
-    });
-    x_ += Scalar(step_x_) * dx_;
-    free_ += Scalar(step_y_) * dfree_;
+    const Scalar dual_before = dual_objective();
+    move(step_x_, step_y_);
+    dual_change_ = step_y_ > 0.0 ? (dual_objective() - dual_before) / Scalar(step_y_) : Scalar(0);
     for (int retry = 0; retry < kRetries; ++retry) {
       bool inside = true;
       for_each_cone([&](auto& cone) { inside = inside && cone.factorise(); });
@@ -444,12 +481,7 @@ class InteriorPoint {
       }
       const double back_x = (1.0 - kShorter) * step_x_;
       const double back_y = (1.0 - kShorter) * step_y_;
-      for_each_cone([&](auto& cone) {
-        cone.step(Side::kX, Scalar(-back_x));
-        cone.step(Side::kY, Scalar(-back_y));
-      });
-      x_ -= Scalar(back_x) * dx_;
-      free_ -= Scalar(back_y) * dfree_;
+      move(-back_x, -back_y);
       step_x_ -= back_x;
       step_y_ -= back_y;
     }
@@ -536,11 +568,13 @@ class InteriorPoint {
   Vector equation_residual_;
   Scalar primal_objective_{0};
   Scalar dual_objective_{0};
+  Scalar objective_size_{1};
   Scalar mu_{0};
   double primal_error_ = 0.0;
   double dual_error_ = 0.0;
   double negative_y_ = 0.0;
   double error_ = 0.0;
+  Scalar dual_change_{0};  ///< of <F_0, Y> along the whole of dY
   double step_x_ = 1.0;
   double step_y_ = 1.0;
   double best_error_ = std::numeric_limits<double>::infinity();
