@@ -133,7 +133,8 @@ def main():
                                               "rule": {"name": "fading_memory", "theta": theta}})
     memory = FadingMemoryFilter(x0=np.zeros(2), dt=dt, order=1, beta=theta)
     formula("FadingMemoryFilter(order=1).P", np.ravel(memory.P)[:2], fading["noise_gain"])
-    lag = [fading["error_coefficients"][0][2], fading["error_coefficients"][1][2]]
+    # Its errors are for x = a t^2 with a = 1, that is x'' = 2.
+    lag = [2.0 * fading["error_coefficients"][0][2], 2.0 * fading["error_coefficients"][1][2]]
     formula("FadingMemoryFilter(order=1).e", np.ravel(memory.e)[:2], lag)
 
     print("Stone Soup")

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <complex>
 
+#include <nlohmann/json.hpp>
+
 #include "filter_rules.hpp"
 #include "trammel/core/error.hpp"
 
@@ -95,9 +97,9 @@ FilterSpecification read_specification(const Node& root, FilterFile& file) {
     specification.b = polynomials(root.at("b"), specification.rows);
     for (std::size_t i = 0; i < specification.a.size(); ++i) {
       if (specification.a[i][0] != 1.0) {
-        root.at("a").items()[i].fail("a(0) = " + root.at("a").items()[i].describe(),
-                                     "a first coefficient of exactly 1: otherwise the prediction would need "
-                                     "the present estimate");
+        const Node& given = root.at("a").items()[i];
+        given.fail("a first coefficient of " + nlohmann::json(specification.a[i][0]).dump(),
+                   "exactly 1: otherwise the prediction would need the present estimate");
       }
     }
     return specification;
@@ -124,6 +126,7 @@ void read_run(const Node& run, FilterFile& file) {
   if (const Node* memory = run.find("memory_s")) {
     file.tracker.memory_s = positive(*memory);
     file.use_fading_memory = true;
+    file.memory_given = true;
   }
 }
 

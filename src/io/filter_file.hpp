@@ -30,6 +30,7 @@ struct FilterFile {
   std::optional<int> batch_samples;  ///< window of the batch estimate to compare with
   filter::TrackerSettings tracker;   ///< key `run`
   bool use_fading_memory = false;    ///< run.memory_s given, or rule fading_memory: any sample times
+  bool memory_given = false;         ///< run.memory_s given
 };
 
 /// Text for `--help`: keys and rules with their parameters.

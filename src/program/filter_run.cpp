@@ -115,12 +115,22 @@ Stepper make_runner(const FilterReport& report) {
   };
 }
 
-Stepper make_stepper(const FilterReport& report) {
+/// True if a track with start-up, gate and fading memory exists for this filter.
+bool has_tracker(const FilterReport& report) {
+  constexpr int kLargestOrder = 4;
   const filter::FilterSpecification& s = report.file.specification;
-  const bool simple =
-      s.mode == filter::FilterMode::kDerivatives && s.rows == s.order && filter::constant_gains(s).size() > 0;
-  if (simple) {
-    switch (s.order) {
+  return s.mode == filter::FilterMode::kDerivatives && s.rows == s.order && s.order <= kLargestOrder &&
+         filter::constant_gains(s).size() > 0;
+}
+
+/// True if samples may come at any times.
+bool takes_any_times(const FilterReport& report) {
+  return report.file.use_fading_memory && has_tracker(report);
+}
+
+Stepper make_stepper(const FilterReport& report) {
+  if (has_tracker(report)) {
+    switch (report.file.specification.order) {
       case 1:
         return make_tracker<1>(report);
       case 2:
@@ -133,8 +143,8 @@ Stepper make_stepper(const FilterReport& report) {
         break;
     }
   }
-  require(report.file.tracker.gate == 0.0 && !report.file.use_fading_memory, "run",
-          "a gate or a fading memory", "a filter with rows = order <= 4 and constant gains for them");
+  require(report.file.tracker.gate == 0.0 && !report.file.memory_given, "run", "a gate or memory_s",
+          "a filter with rows = order <= 4 and constant gains for them");
   return make_runner(report);
 }
 
@@ -146,7 +156,7 @@ std::vector<FilteredColumn> run_filter(const FilterReport& report, const io::Csv
   require(report.file.tracker.gate == 0.0 || report.file.bound.has_value(), "run.gate",
           "a gate without a measurement deviation", "bound = {derivative_bound, measurement_std}");
   const std::size_t time_column = table.column("t_s");
-  const bool irregular = report.file.use_fading_memory;
+  const bool irregular = takes_any_times(report);
   std::vector<double> steps;
   for (std::size_t row = 0; row < table.rows.size(); ++row) {
     const double t_s = table.number(row, time_column);

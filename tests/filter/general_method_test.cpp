@@ -7,6 +7,7 @@
 
 #include "filter/filter_cases.hpp"
 #include "trammel/filter/design.hpp"
+#include "trammel/linalg/lu.hpp"
 
 namespace {
 

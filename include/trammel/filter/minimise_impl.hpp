@@ -26,7 +26,7 @@ inline Minimum simplex_search(const std::function<double(const Eigen::VectorXd&)
   }
   const auto better = [](const Minimum& left, const Minimum& right) { return left.value < right.value; };
   constexpr int kMaxSteps = 2000;
-  constexpr double kSize = 1e-11;  // of the simplex, in units of the variables
+  constexpr double kSize = 1e-10;  // of the simplex, in units of the variables
   for (int iteration = 0; iteration < kMaxSteps; ++iteration) {
     std::sort(simplex.begin(), simplex.end(), better);
     double size = 0.0;
@@ -76,7 +76,7 @@ TRAMMEL_INLINE Minimum minimise(const std::function<double(const Eigen::VectorXd
   }
   double size = step;
   int failures = 0;
-  for (int i = 0; i < kMaxStarts && failures < 3; ++i) {
+  for (int i = 0; i < kMaxStarts && failures < 2; ++i) {
     Minimum next = detail::simplex_search(function, best, size);
     const bool improved = next.value < best.value - kImprovement * std::abs(best.value);
     if (next.value <= best.value) {
