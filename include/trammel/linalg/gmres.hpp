@@ -14,7 +14,8 @@ namespace trammel::inline TRAMMEL_ABI::linalg {
 /// Solves A x = b with a nearly exact preconditioner M^-1 from the right: `apply(v)` returns A v,
 /// `precondition(v)` returns M^-1 v. Saad (2003), algorithm 9.5, without restart; the residual never grows.
 /// Stops at
-/// ||b - A x|| <= tolerance ||b||, after `max_steps` steps, or when a step no longer halves the residual.
+/// ||b - A x|| <= tolerance ||b||, after `max_steps` steps, or when the residual hardly
+/// falls for many steps.
 /// `relative_residual` receives the residual reached, evaluated from its definition.
 template <class Scalar, class Apply, class Precondition>
 [[nodiscard]] Eigen::Matrix<Scalar, Eigen::Dynamic, 1> gmres(
@@ -24,6 +25,8 @@ template <class Scalar, class Apply, class Precondition>
   using std::sqrt;
   using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
   using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
+  constexpr double kSlow = 0.9;
+  constexpr int kMaxSlowSteps = 12;  // a few tiny eigenvalues of A M^-1 let the residual wait, then fall
   const Scalar scale = b.norm();
   if (!(scale > Scalar(0))) {
     relative_residual = Scalar(0);
@@ -45,6 +48,7 @@ template <class Scalar, class Apply, class Precondition>
   right[0] = start;
   basis.col(0) = residual / start;
   int k = 0;
+  int slow_steps = 0;
   Scalar previous = start;
   while (k < max_steps) {
     images.col(k) = precondition(basis.col(k));
@@ -73,7 +77,8 @@ template <class Scalar, class Apply, class Precondition>
     right[k] = cosine[k] * right[k];
     ++k;
     const Scalar now = abs(right[k]);
-    if (!(now > tolerance * scale) || !(length > Scalar(0)) || now > previous * Scalar(0.98)) {
+    slow_steps = now > previous * Scalar(kSlow) ? slow_steps + 1 : 0;
+    if (!(now > tolerance * scale) || !(length > Scalar(0)) || slow_steps > kMaxSlowSteps) {
       break;
     }
     previous = now;

@@ -218,7 +218,7 @@ class InteriorPoint {
     } else {
       const Eigen::VectorXd x = x_.template cast<double>();
       const double moved = std::sqrt(x.cwiseAbs2().dot(coefficient_squares_));
-      return std::numeric_limits<double>::epsilon() / 2.0 * moved /
+      return kRoundedLeast * std::numeric_limits<double>::epsilon() / 2.0 * moved /
              static_cast<double>(Scalar(1) + constant_size_);
     }
   }
@@ -281,7 +281,9 @@ class InteriorPoint {
   void project_multiplier() {
     restore_best();
     measure();
-    if (!(dual_error_ > settings_.tolerance) || !std::isfinite(dual_error_)) {
+    const auto share_of_gap = static_cast<double>(x_.dot(dual_residual_) / objective_size_);
+    const double violated = std::max(dual_error_, std::abs(share_of_gap));
+    if (!(violated > settings_.tolerance) || !std::isfinite(violated)) {
       return;
     }
     Matrix& gram = system_.clear();
@@ -304,9 +306,9 @@ class InteriorPoint {
   /// Where rounding errors are about to win, the best balance of gap and complementarity may lie within the
   /// last step: looks for it there and keeps it as the best iterate.
   void search_last_step() {
-    constexpr int kPoints = 19;
+    constexpr int kPoints = 63;
     constexpr double kNear = 30.0;
-    constexpr double kWorthIt = 0.95;
+    constexpr double kWorthIt = 0.999;
     if (iteration_ == 0 || error_ <= settings_.tolerance || error_ > kNear * settings_.acceptable_tolerance) {
       return;
     }
@@ -542,6 +544,7 @@ class InteriorPoint {
   static constexpr int kShortPatience = 6;       // iterations without progress before the strategy changes
   static constexpr int kPatience = 15;           // and before giving up
   static constexpr double kSmallestStep = 1e-7;  // of both steps
+  static constexpr double kRoundedLeast = 0.2;   // share of the rounding errors that remains once X fits x
   static constexpr double kSmallestCentring = 0.1;
 
   const Model& model_;
