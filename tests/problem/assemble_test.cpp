@@ -197,7 +197,8 @@ TEST(Assemble, AgreesWithTheDefinitionForEveryKind) {
 TEST(Assemble, TheOrderOfMeasurementsDoesNotMatter) {
   Scenario scenario = observed_scenario();
   const TrajectoryProblem first = assemble(scenario);
-  std::reverse(scenario.observations.begin(), scenario.observations.end());
+  const std::vector<Measurement> forward = scenario.observations;
+  scenario.observations.assign(forward.rbegin(), forward.rend());
   const TrajectoryProblem second = assemble(scenario);
   const Eigen::MatrixXd J = first.problem.information_factor.transpose() * first.problem.information_factor;
   const Eigen::MatrixXd other =

@@ -250,12 +250,13 @@ TRAMMEL_INLINE TrajectoryEstimate estimate_trajectory(const Scenario& scenario,
     throw Error({"settings.output_step_s", std::to_string(settings.output_step_s) + " s",
                  "a positive spacing, or 0 to have it chosen"});
   }
-  if (observe) {
-    observe({.phase = "reading measurements", .fraction = 0.0});
+  const ProgressObserver tell = steady(observe);
+  if (tell) {
+    tell({.phase = "reading measurements", .fraction = 0.0});
   }
   const TrajectoryProblem problem = assemble(scenario);
-  return evaluate_solution(scenario, problem, detail::solve_by(settings, problem.problem, observe), settings,
-                           observe);
+  return evaluate_solution(scenario, problem, detail::solve_by(settings, problem.problem, tell), settings,
+                           tell);
 }
 
 }  // namespace trammel::inline TRAMMEL_ABI::estimate
