@@ -97,7 +97,7 @@ TEST(Wgs84, NearestFootEverywhere) {
 
 TEST(Wgs84, LocalFrameIsARotationAboutItsOrigin) {
   const LocalFrame frame(trammel::geodetic_from_degrees(50.0, 30.5, 200.0));
-  const Eigen::Matrix3d r = frame.r_local_ecef();
+  const Eigen::Matrix3d& r = frame.r_local_ecef();
   EXPECT_LT((r * r.transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-15);
   const Eigen::Vector3d up = r.row(0).cross(r.row(1));  // east, north, up are right-handed
   EXPECT_LT((up - r.row(2).transpose()).norm(), 1e-15);
