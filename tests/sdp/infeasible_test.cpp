@@ -60,7 +60,7 @@ TEST(SdpInfeasible, DualWithCheckedRay) {
   const int size = 8;
   Problem problem;
   problem.blocks = {{BlockKind::kDense, size}};
-  problem.cost = Eigen::Vector3d(-1.0, 0.3, 0.2);
+  problem.cost = Eigen::VectorXd{{-1.0, 0.3, 0.2}};
   std::vector<Eigen::MatrixXd> matrices = traceless(3, size, random);
   matrices[0] = Eigen::MatrixXd::Identity(size, size);
   for (int i = 0; i < 3; ++i) {

@@ -69,8 +69,8 @@ INSTANTIATE_TEST_SUITE_P(
         Instance{"theta3", 4.2166981488494407e+01, 1e-6}, Instance{"truss1", -8.9999963152868911e+00, 1e-6},
         Instance{"truss3", -9.1099962092020537e+00, 1e-6}, Instance{"truss5", -1.3263567797250604e+02, 1e-6},
         Instance{"truss7", -9.0000140369343467e+02, 1e-6}, Instance{"truss8", -1.3311458915226342e+02, 1e-6}),
-    [](const testing::TestParamInfo<Instance>& info) {
-      std::string name = info.param.name;
+    [](const testing::TestParamInfo<Instance>& instance) {
+      std::string name = instance.param.name;
       std::replace(name.begin(), name.end(), '-', '_');
       return name;
     });

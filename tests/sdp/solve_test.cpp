@@ -82,7 +82,7 @@ TEST(Sdp, LinearProgramInDiagonalBlocks) {
   // min x + 2y, x + y >= 3, x <= 2, y >= 0: x = 2, y = 1.
   Problem problem;
   problem.blocks = {{BlockKind::kDiagonal, 2}, {BlockKind::kDiagonal, 1}};
-  problem.cost = Eigen::Vector2d(1.0, 2.0);
+  problem.cost = Eigen::VectorXd{{1.0, 2.0}};
   problem.entries = {{kConstant, 0, 0, 0, 3.0},  {0, 0, 0, 0, 1.0},  {1, 0, 0, 0, 1.0},
                      {kConstant, 0, 1, 1, -2.0}, {0, 0, 1, 1, -1.0}, {1, 1, 0, 0, 1.0}};
   const Solution solution = solve(problem);
@@ -197,7 +197,7 @@ TEST(Sdp, PrecisionIsRaisedWhereDoubleIsNotEnough) {
   // min x, [x 1; 1 y] positive semidefinite: the infimum 0 is not attained, x = 1/y.
   Problem problem;
   problem.blocks = {{BlockKind::kDense, 2}};
-  problem.cost = Eigen::Vector2d(1.0, 0.0);
+  problem.cost = Eigen::VectorXd{{1.0, 0.0}};
   problem.entries = {{0, 0, 0, 0, 1.0}, {1, 0, 1, 1, 1.0}, {kConstant, 0, 0, 1, -1.0}};
   const Solution solution = solve(problem);
   EXPECT_EQ(solution.status, Status::kOptimal);

@@ -134,6 +134,7 @@ class SdpaReader {
 
   void read_block_sizes(int count) {
     const std::string expected = std::to_string(count) + " block sizes, whole numbers other than 0";
+    line_ = {};  // what follows the number of blocks is a comment
     for (int b = 0; b < count; ++b) {
       const int size = integer(next_token_over_lines(expected), expected);
       if (size == 0 || size == std::numeric_limits<int>::min()) {
