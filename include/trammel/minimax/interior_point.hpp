@@ -9,22 +9,11 @@
 #include "trammel/core/progress.hpp"
 #include "trammel/minimax/newton_system.hpp"
 #include "trammel/minimax/prior_state.hpp"
+#include "trammel/minimax/reduced_solution.hpp"
 #include "trammel/minimax/reduction.hpp"
 #include "trammel/minimax/solution.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::minimax {
-
-/// Answer in reduced coordinates; `upper` and `lower` do not hold the free error yet.
-struct ReducedSolution {
-  SolveStatus status = SolveStatus::kNumericalTrouble;
-  Eigen::MatrixXd prior_factor;  ///< q x k
-  Eigen::MatrixXd gain;          ///< q x q
-  Eigen::VectorXd multipliers;   ///< s
-  double upper = std::numeric_limits<double>::infinity();
-  double lower = 0.0;
-  int iterations = 0;
-  int inner_iterations = 0;
-};
 
 /// Follows the central path of
 ///

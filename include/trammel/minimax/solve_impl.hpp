@@ -4,47 +4,36 @@
 #pragma once
 
 #include <chrono>
-#include <cmath>
 
 #include "trammel/minimax/interior_point.hpp"
 #include "trammel/minimax/newton_multipliers.hpp"
+#include "trammel/minimax/reduced_solution.hpp"
 #include "trammel/minimax/solve.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::minimax {
 
 namespace detail {
 
-/// From reduced coordinates back to theta.
-inline void restore(const GuaranteedProblem& problem, const ReducedProblem& reduced,
-                    const ReducedSolution& inner, Solution& solution) {
-  const Eigen::Index p = problem.parameters();
-  solution.status = inner.status;
-  solution.iterations += inner.iterations;
-  solution.inner_iterations += inner.inner_iterations;
-  solution.upper = inner.upper + reduced.free_error;
-  solution.lower = inner.lower + reduced.free_error;
-  solution.claim = std::isfinite(solution.upper) ? Claim::kApproximate : Claim::kNone;
-  solution.multipliers = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(problem.ellipsoids.size()));
-  for (std::size_t i = 0; i < reduced.owner.size(); ++i) {
-    solution.multipliers[static_cast<Eigen::Index>(reduced.owner[i])] =
-        inner.multipliers[static_cast<Eigen::Index>(i)];
+/// Newton's method in the multipliers, polished; false where it does not apply. Counts its iterations.
+inline bool solve_directly(const GuaranteedProblem& problem, const SolverSettings& settings,
+                           const ProgressObserver& observe, Solution& solution) {
+  const std::optional<ReducedProblem> direct = directly_observed(problem);
+  if (!direct) {
+    return false;
   }
-  solution.gain = reduced.basis * inner.gain * reduced.basis.transpose();
-  solution.gain += reduced.free_basis * reduced.free_basis.transpose();
-  // The unbounded directions get a prior so wide that narrowing it would not be seen in double precision.
-  constexpr double kWide = 1e7;  // squared: 1e14 times the estimate's variance
-  solution.prior_factor.resize(p, inner.prior_factor.cols() + reduced.free_basis.cols());
-  solution.prior_factor << reduced.basis * inner.prior_factor, kWide * reduced.free_basis;
-}
-
-inline ReducedSolution exact_without_bounds(const ReducedProblem& reduced) {
-  ReducedSolution exact;
-  exact.status = SolveStatus::kOptimal;
-  exact.upper = 0.0;
-  exact.gain = Eigen::MatrixXd::Zero(reduced.size(), reduced.size());
-  exact.prior_factor = Eigen::MatrixXd::Zero(reduced.size(), 0);
-  exact.multipliers = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(reduced.ellipsoids()));
-  return exact;
+  const ReducedSolution near = solve_in_multipliers(*direct, settings, observe);
+  solution.iterations += near.iterations;
+  if (near.status != SolveStatus::kOptimal) {
+    return false;
+  }
+  const ReducedSolution inner =
+      InteriorPoint(*direct, settings).polish(near.prior_factor, near.multipliers, observe);
+  if (inner.status != SolveStatus::kOptimal) {
+    solution.iterations += inner.iterations;
+    return false;
+  }
+  restore(problem, *direct, inner, solution);
+  return true;
 }
 
 }  // namespace detail
@@ -54,38 +43,16 @@ TRAMMEL_INLINE Solution solve(const GuaranteedProblem& problem, const SolverSett
   validate(settings, "settings");
   const auto start = std::chrono::steady_clock::now();
   Solution solution;
-  const auto finish = [&] {
-    solution.solve_time_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    return solution;
-  };
-  if (const std::optional<ReducedProblem> direct = directly_observed(problem)) {
-    const ReducedSolution near = solve_in_multipliers(*direct, settings, observe);
-    solution.iterations = near.iterations;
-    if (near.status == SolveStatus::kOptimal) {
-      const ReducedSolution inner =
-          InteriorPoint(*direct, settings).polish(near.prior_factor, near.multipliers, observe);
-      if (inner.status == SolveStatus::kOptimal) {
-        detail::restore(problem, *direct, inner, solution);
-        solution.method = Method::kNewtonMultipliers;
-        return finish();
-      }
-      solution.iterations += inner.iterations;
-    }
+  if (detail::solve_directly(problem, settings, observe, solution)) {
+    solution.method = Method::kNewtonMultipliers;
+  } else {
+    solution.method = Method::kInteriorPoint;
+    solve_reduced(
+        problem, [&](const ReducedProblem& reduced) { return InteriorPoint(reduced, settings).run(observe); },
+        solution);
   }
-  solution.method = Method::kInteriorPoint;
-  const ReducedProblem reduced = reduce(problem);
-  if (reduced.unbounded_directions.cols() > 0) {
-    solution.status = SolveStatus::kUnbounded;
-    solution.upper = std::numeric_limits<double>::infinity();
-    solution.lower = std::numeric_limits<double>::infinity();
-    solution.unbounded_directions = reduced.unbounded_directions;
-    return finish();
-  }
-  const bool nothing_to_bound = reduced.size() == 0 || reduced.criterion.squaredNorm() == 0.0;
-  const ReducedSolution inner = nothing_to_bound ? detail::exact_without_bounds(reduced)
-                                                 : InteriorPoint(reduced, settings).run(observe);
-  detail::restore(problem, reduced, inner, solution);
-  return finish();
+  solution.solve_time_s = seconds_since(start);
+  return solution;
 }
 
 }  // namespace trammel::inline TRAMMEL_ABI::minimax
