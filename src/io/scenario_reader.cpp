@@ -166,10 +166,17 @@ Station read_station(const Node& node, const std::vector<double>& knots_s, const
 void read_solver(const Node& node, ScenarioInput& input) {
   minimax::SolverSettings& solver = input.settings.solver;
   if (const Node* method = node.find("method")) {
-    const std::string name = method->choice({"structured", "sdp", "conditional-gradient"});
-    input.settings.method = name == "structured" ? estimate::RequestedMethod::kStructured
-                            : name == "sdp"      ? estimate::RequestedMethod::kSemidefinite
-                                                 : estimate::RequestedMethod::kConditionalGradient;
+    input.settings.method.method =
+        minimax::method_of(method->choice({"structured", "sdp", "conditional-gradient"}));
+  }
+  if (const Node* variant = node.find("variant")) {
+    using minimax::ConditionalGradientVariant;
+    if (input.settings.method.method != minimax::RequestedMethod::kConditionalGradient) {
+      variant->fail("a variant of another method", "method = \"conditional-gradient\" beside it");
+    }
+    input.settings.method.variant = variant->choice({"fully-corrective", "plain"}) == "plain"
+                                        ? ConditionalGradientVariant::kPlain
+                                        : ConditionalGradientVariant::kFullyCorrective;
   }
   if (const Node* gap = node.find("relative_gap")) {
     solver.relative_gap = gap->number();

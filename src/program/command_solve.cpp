@@ -9,6 +9,7 @@
 #include <string>
 
 #include <CLI/App.hpp>
+#include <CLI/Validators.hpp>
 
 #include "../io/csv.hpp"
 #include "../io/json_output.hpp"
@@ -17,7 +18,7 @@
 #include "trammel/certify/certificate.hpp"
 #include "trammel/certify/near_optimality.hpp"
 #include "trammel/core/settings.hpp"
-#include "trammel/minimax/solve.hpp"
+#include "trammel/minimax/methods.hpp"
 
 namespace trammel::program {
 
@@ -29,6 +30,7 @@ struct SolveOptions {
   bool estimator = false;
   bool near_optimality = false;
   certify::NearOptimalitySettings near_settings;
+  std::string method = "structured";
   minimax::SolverSettings settings;
 };
 
@@ -40,7 +42,8 @@ struct Answer {
 
 Answer solve_and_verify(const GuaranteedProblem& problem, const SolveOptions& options) {
   Answer answer;
-  answer.solution = minimax::solve(problem, options.settings);
+  answer.solution =
+      minimax::solve_with({.method = minimax::method_of(options.method)}, problem, options.settings);
   answer.certificate = certify::verify(problem, answer.solution);
   certify::apply(answer.certificate, options.settings, answer.solution);
   if (options.near_optimality || options.near_settings.monte_carlo) {
@@ -174,6 +177,9 @@ void add_solve(CLI::App& app, Action& action) {
                     "also the worst admissible parameters and what any estimator could guarantee");
   command->add_flag("--monte-carlo", options->near_settings.monte_carlo,
                     "the same, sharpened by a Monte Carlo bound (99.9 % confidence)");
+  command->add_option("--method", options->method, "structured, sdp or conditional-gradient")
+      ->check(CLI::IsMember({"structured", "sdp", "conditional-gradient"}))
+      ->capture_default_str();
   visit_fields(options->settings, [command](const FieldDoc& doc, auto& field) {
     std::string name = "--" + std::string(doc.name);
     std::replace(name.begin(), name.end(), '_', '-');

@@ -64,6 +64,34 @@ TEST(Design, MatchesThePublishedExampleOfUniformMotion) {
   EXPECT_NEAR(json.at("gauss_markov_rms_m").get<double>(), 363.39193713820873, 1e-7 * 363.4);
 }
 
+TEST(Design, EveryMethodGivesTheSameAnswer) {
+  const test::TemporaryFolder folder;
+  (void)folder.write("a.toml", test::small_scenario());
+  (void)folder.write("b.toml", test::small_scenario("[solver]\nmethod = \"sdp\"\n"));
+  (void)folder.write("c.toml", test::small_scenario("[solver]\nmethod = \"conditional-gradient\"\n"));
+  (void)folder.write("d.toml", test::small_scenario("[solver]\nmethod = \"conditional-gradient\"\n"
+                                                    "variant = \"plain\"\nmax_iterations = 30\n"));
+  (void)folder.write("e.toml", test::small_scenario("[solver]\nvariant = \"plain\"\n"));
+  const io::Json structured = run_program(folder, "design a.toml --json").json();
+  const double upper = structured.at("guaranteed_rms_m");
+  for (const auto& [file, method] :
+       {std::pair{"b.toml", "semidefinite"}, std::pair{"c.toml", "conditional_gradient"}}) {
+    const auto run = run_program(folder, std::string("design --json ") + file);
+    EXPECT_EQ(run.exit_code, 0) << file << run.errors;
+    EXPECT_EQ(run.json().at("method"), method);
+    EXPECT_NEAR(run.json().at("guaranteed_rms_m").get<double>(), upper, 1e-7 * upper);
+    EXPECT_NEAR(run.json().at("lower_bound_rms_m").get<double>(), upper, 1e-7 * upper);
+  }
+  const auto plain = run_program(folder, "design d.toml --json");
+  EXPECT_EQ(plain.exit_code, 4);
+  EXPECT_EQ(plain.json().at("status"), "iteration_limit");
+  EXPECT_GT(plain.json().at("relative_gap").get<double>(), 1e-8);
+  EXPECT_LE(plain.json().at("lower_bound_rms_m").get<double>(), upper * (1 + 1e-9));
+  const auto lonely = run_program(folder, "design e.toml");
+  EXPECT_EQ(lonely.exit_code, 2);
+  EXPECT_NE(lonely.errors.find("solver.variant"), std::string::npos) << lonely.errors;
+}
+
 TEST(Simulate, TheSameSeedGivesTheSameMeasurements) {
   const test::TemporaryFolder folder;
   (void)folder.write("s.toml", test::small_scenario(kObserved));  // obs.csv need not exist yet

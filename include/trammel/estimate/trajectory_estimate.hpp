@@ -12,18 +12,16 @@
 
 #include "trammel/core/config.hpp"
 #include "trammel/core/progress.hpp"
+#include "trammel/minimax/methods.hpp"
 #include "trammel/minimax/solution.hpp"
 #include "trammel/problem/assemble.hpp"
 #include "trammel/problem/scenario.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::estimate {
 
-/// Which solver to use for the guaranteed problem.
-enum class RequestedMethod { kStructured, kSemidefinite, kConditionalGradient };
-
 /// Settings of `estimate_trajectory`.
 struct EstimateSettings {
-  RequestedMethod method = RequestedMethod::kStructured;
+  minimax::MethodChoice method;
   minimax::SolverSettings solver;
   /// Spacing of the dense output grid; 0: equal parts of each segment, at least 200 rows, with the knots
   /// among them.

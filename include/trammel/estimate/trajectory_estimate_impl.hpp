@@ -17,7 +17,6 @@
 #include "trammel/linalg/qr.hpp"
 #include "trammel/linalg/svd.hpp"
 #include "trammel/linalg/symmetric_eigen.hpp"
-#include "trammel/minimax/solve.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::estimate {
 
@@ -49,16 +48,6 @@ inline std::vector<double> output_grid(const trajectory::SplineBasis& basis, dou
   }
   times.push_back(basis.end_s());
   return times;
-}
-
-inline minimax::Solution solve_by(const EstimateSettings& settings, const GuaranteedProblem& problem,
-                                  const ProgressObserver& observe) {
-  if (settings.method != RequestedMethod::kStructured) {
-    throw Error({"solver.method",
-                 settings.method == RequestedMethod::kSemidefinite ? "sdp" : "conditional-gradient",
-                 "a method this version has: structured"});
-  }
-  return minimax::solve(problem, settings.solver, observe);
 }
 
 /// sqrt of a certified squared error; rounding below zero is zero, NaN stays.
@@ -255,8 +244,9 @@ TRAMMEL_INLINE TrajectoryEstimate estimate_trajectory(const Scenario& scenario,
     tell({.phase = "reading measurements", .fraction = 0.0});
   }
   const TrajectoryProblem problem = assemble(scenario);
-  return evaluate_solution(scenario, problem, detail::solve_by(settings, problem.problem, tell), settings,
-                           tell);
+  return evaluate_solution(scenario, problem,
+                           minimax::solve_with(settings.method, problem.problem, settings.solver, tell),
+                           settings, tell);
 }
 
 }  // namespace trammel::inline TRAMMEL_ABI::estimate
