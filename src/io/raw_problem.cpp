@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "raw_problem.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "document.hpp"
 #include "file.hpp"
@@ -105,10 +107,14 @@ RawProblem read(const Document& document) {
     problem.information_factor = Eigen::MatrixXd::Zero(0, parameters);
   }
   require_columns(root, "information_factor", "information", problem.information_factor, parameters);
-  for (const Node& ellipsoid : root.at("ellipsoids").items()) {
+  const std::vector<Node>& ellipsoids = root.at("ellipsoids").items();
+  for (const Node& ellipsoid : ellipsoids) {
     problem.ellipsoids.push_back(read_factor(ellipsoid, "factor", "matrix"));
     require_columns(ellipsoid, "factor", "matrix", problem.ellipsoids.back(), parameters);
   }
+  raw.factored = root.find("information") != nullptr || root.find("criterion") != nullptr ||
+                 std::any_of(ellipsoids.begin(), ellipsoids.end(),
+                             [](const Node& ellipsoid) { return ellipsoid.find("matrix") != nullptr; });
   document.reject_unknown();
   return raw;
 }

@@ -15,7 +15,8 @@ namespace trammel::io {
 struct RawProblem {
   std::string title;
   GuaranteedProblem problem;
-  std::string sha256;  ///< of the file
+  std::string sha256;     ///< of the file
+  bool factored = false;  ///< a matrix was given and factored in floating point
 };
 
 /// Reads {"title", "information_factor": F | "information": J, "criterion_factor": C | "criterion": S,

@@ -25,6 +25,8 @@ struct EstimateOptions {
   std::string truth;   ///< empty: not given
   bool json = false;
   bool design_only = false;
+  bool bounds_only = false;  ///< no search for the worst motion, no bound over all estimators
+  bool monte_carlo = false;
 };
 
 ExitCode exit_code(SolveStatus status) {
@@ -52,6 +54,11 @@ int run(const EstimateOptions& options) {
   if (!options.folder.empty()) {
     io::create_folder(options.folder);  // before the work, so that a wrong folder does not waste it
   }
+  if (options.bounds_only) {
+    input.settings.near_optimality.reset();
+  } else {
+    input.settings.near_optimality->monte_carlo = options.monte_carlo;
+  }
   estimate::TrajectoryEstimate estimate;
   {
     TerminalProgress progress;
@@ -70,6 +77,9 @@ int run(const EstimateOptions& options) {
   if (!options.folder.empty()) {
     io::write_atomically(folder / "result.json", json);
     io::write_atomically(folder / "trajectory.csv", report::trajectory_csv(estimate));
+    if (estimate.worst_case_theta.size() > 0) {
+      io::write_atomically(folder / report::kWorstCaseFile, report::worst_case_csv(estimate));
+    }
     io::write_atomically(folder / "report.html", report::report_html(result));
   }
   if (options.json) {
@@ -77,8 +87,9 @@ int run(const EstimateOptions& options) {
   } else {
     std::cout << report::summary(result);
     if (!options.folder.empty()) {
-      std::cout << "written                 " << (folder / "result.json").string()
-                << ", trajectory.csv, report.html\n";
+      std::cout << "written                 " << (folder / "result.json").string() << ", trajectory.csv, "
+                << (estimate.worst_case_theta.size() > 0 ? report::kWorstCaseFile + std::string(", ") : "")
+                << "report.html\n";
     }
   }
   std::cout.flush();
@@ -94,9 +105,16 @@ void add(CLI::App& app, Action& action, bool design_only) {
   options->design_only = design_only;
   command->add_option("scenario", options->scenario, "scenario file (.toml or .json)")->required();
   command->add_option("--out", options->folder,
-                      "folder to write result.json, trajectory.csv and report.html to");
+                      "folder to write result.json, trajectory.csv, worst_case.csv and report.html to");
   command->add_option("--truth", options->truth, "true path (t_s,x_m,y_m,z_m) to compare with in the report");
   command->add_flag("--json", options->json, "print result.json to the standard output");
+  CLI::Option* const bounds_only = command->add_flag(
+      "--bounds-only", options->bounds_only,
+      "neither the worst admissible motion nor the bound over all estimators (saves about the solve time)");
+  command
+      ->add_flag("--monte-carlo", options->monte_carlo,
+                 "sharpen the bound over all estimators by Monte Carlo (99.9 % confidence; up to a minute)")
+      ->excludes(bounds_only);
   command->callback([options, &action] { action = [options] { return run(*options); }; });
 }
 

@@ -24,6 +24,12 @@ namespace trammel::program {
 
 namespace {
 
+/// What a claim of "verified" is about.
+constexpr const char* kCoversInput = "the problem as given, its numbers rounded to binary64";
+constexpr const char* kCoversFactors =
+    "the problem as computed in floating point from the inputs: factors stand for the matrices given, and "
+    "reproduce them to rounding errors only";
+
 struct SolveOptions {
   std::string problem;
   bool json = false;
@@ -55,9 +61,11 @@ Answer solve_and_verify(const GuaranteedProblem& problem, const SolveOptions& op
 void add_near_optimality(const certify::NearOptimality& near, io::Json& json) {
   json["attained_fraction"] = io::to_json(near.attained_fraction);
   json["worst_case"] = io::to_json(near.worst_case);
-  json["any_estimator_lower_bound"] = io::to_json(near.any_estimator);
-  json["any_estimator_bound_kind"] = to_string(near.kind);
+  json["any_estimator_lower_bound"] = io::to_json(near.best_any_estimator());
+  json["any_estimator_bound_kind"] = to_string(near.best_kind());
   if (near.monte_carlo) {
+    json["any_estimator_proved"] = io::to_json(near.any_estimator);
+    json["any_estimator_proved_kind"] = to_string(near.kind);
     json["monte_carlo_lower_bound"] = io::to_json(near.monte_carlo->bound);
     json["monte_carlo_confidence"] = io::to_json(near.confidence);
   }
@@ -70,6 +78,7 @@ io::Json to_json(const io::RawProblem& raw, const SolveOptions& options, const A
   json["title"] = raw.title;
   json["status"] = describe(solution.status).name;
   json["claim"] = to_string(solution.claim);
+  json["claim_covers"] = raw.factored ? kCoversFactors : kCoversInput;
   json["upper"] = io::to_json(solution.upper);
   json["lower"] = io::to_json(solution.lower);
   json["relative_gap"] = io::to_json(solution.relative_gap());
@@ -113,7 +122,7 @@ std::string direction_text(const Eigen::VectorXd& direction) {
   return text;
 }
 
-std::string summary(const io::RawProblem& raw, const Answer& answer) {
+std::string summary(const io::RawProblem& raw, const SolveOptions& options, const Answer& answer) {
   const minimax::Solution& solution = answer.solution;
   const StatusText& status = describe(solution.status);
   std::string text = raw.title.empty() ? "" : raw.title + "\n";
@@ -131,9 +140,16 @@ std::string summary(const io::RawProblem& raw, const Answer& answer) {
   }
   line("squared error, upper", io::shortest(solution.upper) + " (guaranteed by the estimator K F'y)");
   line("squared error, lower", io::shortest(solution.lower) + " (no linear estimator guarantees less)");
-  line("relative gap", io::shortest(solution.relative_gap()));
+  const double asked = options.settings.relative_gap;
+  line("relative gap", io::shortest(solution.relative_gap()) +
+                           (solution.relative_gap() > asked
+                                ? " (asked for " + io::shortest(asked) + ", as narrow as was reached)"
+                                : ""));
   line("claim", std::string(to_string(solution.claim)) +
                     (answer.certificate.remark.empty() ? "" : ": " + answer.certificate.remark));
+  if (solution.claim == Claim::kVerified) {
+    line("claim covers", raw.factored ? kCoversFactors : kCoversInput);
+  }
   if (answer.near) {
     line("in words", certify::describe(*answer.near, solution.upper, ""));
   }
@@ -150,7 +166,8 @@ int run(const SolveOptions& options) {
   validate(options.settings, "solver");
   const io::RawProblem raw = io::read_raw_problem(options.problem);
   const Answer answer = solve_and_verify(raw.problem, options);
-  std::cout << (options.json ? io::dump(to_json(raw, options, answer)) : summary(raw, answer)) << std::flush;
+  std::cout << (options.json ? io::dump(to_json(raw, options, answer)) : summary(raw, options, answer))
+            << std::flush;
   switch (answer.solution.status) {
     case SolveStatus::kOptimal:
       return kSolved;

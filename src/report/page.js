@@ -177,8 +177,8 @@ function drawWorst(box) {
   const colours = ["--estimate", "--gauss", "--second"], dashes = [[], [7, 4], [2, 3]];
   const series = data.worst.map((values, i) => ({label: ["x (east)", "y (north)", "z (up)"][i] || "?", values,
     stroke: css(colours[i]), dash: dashes[i], width: 2}));
-  byId("worst-note").textContent = "The leading direction of the least favourable prior, weighed by the criterion and " +
-    "scaled to touch the bounds: a deviation from the reference of the kind that sets the guaranteed error.";
+  byId("worst-note").textContent = "Deviation from the reference of the admissible motion with the largest mean-square error of " +
+    "this estimator that was found (worst_case.csv): where it attains the guaranteed error, the guarantee cannot be smaller.";
   plot(box, {x: data.grid.t, series, yLabel: "deviation (m)", lines: [0]});
 }
 

@@ -7,6 +7,7 @@
 #include "../io/csv.hpp"
 #include "../io/measurement_csv.hpp"
 #include "report.hpp"
+#include "result_files.hpp"
 #include "trammel/core/status.hpp"
 
 namespace trammel::report {
@@ -74,7 +75,11 @@ std::string meaning(const ReportInput& input) {
   if (std::isfinite(gap) && estimate.solution.status == SolveStatus::kOptimal) {
     text += ", so this one is the best of its kind (relative gap " + rounded(std::max(gap, 0.0), 2) + ")";
   }
-  return text + ".";
+  text += ".";
+  if (estimate.near_optimality) {
+    text += " " + certify::describe(*estimate.near_optimality, estimate.solution.upper, "m");
+  }
+  return text;
 }
 
 Json assumptions(const ReportInput& input) {
@@ -101,7 +106,9 @@ Json assumptions(const ReportInput& input) {
       describe_criterion(scenario) + ", for the worst motion within the bounds.");
   switch (input.estimate.solution.claim) {
     case Claim::kVerified:
-      list.push_back("Both bounds were verified with rounding errors enclosed.");
+      list.push_back(
+          std::string("Both bounds were verified with rounding errors enclosed. The proof is about ") +
+          kClaimCovers + ".");
       break;
     case Claim::kApproximate:
       list.push_back(
@@ -111,6 +118,16 @@ Json assumptions(const ReportInput& input) {
     case Claim::kNone:
       list.push_back("Nothing is proved about the bounds of this result.");
       break;
+  }
+  if (input.estimate.near_optimality) {
+    list.push_back(
+        "The bound for estimators of any kind is that of Gaussian measurement errors with the covariances "
+        "stated and of the linear measurement model.");
+  }
+  if (input.estimate.certificate.envelope.rows() > 0) {
+    list.push_back(
+        "Directions that no bound limits are confined in the proof to an envelope far wider than any "
+        "physical motion (\u201cenvelope\u201d in result.json).");
   }
   return list;
 }
@@ -233,6 +250,13 @@ Json facts(const ReportInput& input) {
   add("certified interval", io::shortest(estimate.lower_bound_rms_m) + " to " +
                                 io::shortest(estimate.guaranteed_rms_m) + " m, relative gap " +
                                 rounded(estimate.solution.relative_gap(), 2));
+  if (estimate.near_optimality && std::isfinite(estimate.near_optimality->attained_fraction)) {
+    const certify::NearOptimality& near = *estimate.near_optimality;
+    add("attained", rounded(near.attained_fraction, 8) +
+                        " of the guaranteed squared error, by the motion in " + kWorstCaseFile);
+    add("any estimator", "not below " + io::shortest(std::sqrt(near.best_any_estimator())) + " m (" +
+                             std::string(to_string(near.best_kind())) + ")");
+  }
   add("unknowns", std::to_string(estimate.parameters) + " parameters, " +
                       std::to_string(scenario.segments()) + " segments from " +
                       rounded(scenario.knots_s.front(), 6) + " to " + rounded(scenario.knots_s.back(), 6) +

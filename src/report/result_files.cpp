@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "result_files.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -14,6 +15,45 @@ namespace {
 using estimate::TrajectoryEstimate;
 using io::Json;
 
+/// How much of the certified bounds is proved, in words.
+std::string proof(const TrajectoryEstimate& estimate) {
+  switch (estimate.solution.claim) {
+    case Claim::kVerified:
+      return "verified";
+    case Claim::kApproximate:
+      return "computed, rounding errors not enclosed";
+    case Claim::kNone:
+      break;
+  }
+  return "not proved";
+}
+
+void add_near_optimality(const TrajectoryEstimate& estimate, Json& json) {
+  const certify::NearOptimality near = estimate.near_optimality.value_or(certify::NearOptimality{});
+  json["attained_fraction"] = io::to_json(near.attained_fraction);
+  json["any_estimator_lower_bound_rms_m"] = io::to_json(std::sqrt(near.best_any_estimator()));
+  json["any_estimator_bound_kind"] = to_string(near.best_kind());
+  if (near.monte_carlo) {
+    json["any_estimator_proved_rms_m"] = io::to_json(std::sqrt(near.any_estimator));
+    json["any_estimator_proved_kind"] = to_string(near.kind);
+    json["monte_carlo_lower_bound_rms_m"] = io::to_json(std::sqrt(std::max(0.0, near.monte_carlo->bound)));
+    json["monte_carlo_confidence"] = io::to_json(near.confidence);
+  }
+  if (estimate.worst_case_theta.size() > 0) {
+    json["worst_case"] = {{"file", kWorstCaseFile}, {"theta", io::to_json(estimate.worst_case_theta)}};
+  }
+}
+
+std::vector<std::vector<double>> path_rows(const std::vector<double>& times_s, const Eigen::MatrixXd& x,
+                                           const Eigen::MatrixXd& v) {
+  std::vector<std::vector<double>> rows;
+  for (std::size_t i = 0; i < times_s.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    rows.push_back({times_s[i], x(row, 0), x(row, 1), x(row, 2), v(row, 0), v(row, 1), v(row, 2)});
+  }
+  return rows;
+}
+
 std::string metres(double value) { return std::isinf(value) ? "unbounded" : io::shortest(value) + " m"; }
 
 }  // namespace
@@ -24,6 +64,14 @@ Json result_json(const ReportInput& input) {
   json["title"] = input.scenario.scenario.title;
   json["status"] = describe(estimate.solution.status).name;
   json["claim"] = to_string(estimate.solution.claim);
+  json["claim_covers"] = kClaimCovers;
+  json["inflation"] = io::to_json(estimate.certificate.inflation);
+  if (!estimate.certificate.remark.empty()) {
+    json["remark"] = estimate.certificate.remark;
+  }
+  if (estimate.certificate.envelope.rows() > 0) {
+    json["envelope"] = io::matrix_to_json(estimate.certificate.envelope);
+  }
   json["parameters"] = estimate.parameters;
   json["observations"] = estimate.observations;
   json["method"] = minimax::to_string(estimate.solution.method);
@@ -34,6 +82,7 @@ Json result_json(const ReportInput& input) {
   json["gauss_markov_rms_m"] = io::to_json(estimate.gauss_markov_rms_m);
   json["prior_rms_m"] = io::to_json(estimate.prior_rms_m);
   json["lambda_m2"] = io::to_json(estimate.lambda_m2);
+  add_near_optimality(estimate, json);
   json["solve_time_s"] = io::to_json(estimate.solution.solve_time_s);
   json["library_version"] = kVersion;
   json["inputs"] = Json::array();
@@ -63,17 +112,22 @@ Json result_json(const ReportInput& input) {
 
 std::string trajectory_csv(const TrajectoryEstimate& estimate) {
   const estimate::PathTable& path = estimate.observed ? estimate.observed->path : estimate.nominal;
-  std::vector<std::vector<double>> rows;
-  rows.reserve(path.times_s.size());
-  for (std::size_t i = 0; i < path.times_s.size(); ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    const auto& x = path.position_m;
-    const auto& v = path.velocity_mps;
-    const double rms =
-        i < estimate.guaranteed_rms_at_m.size() ? estimate.guaranteed_rms_at_m[i] : std::nan("");
-    rows.push_back({path.times_s[i], x(row, 0), x(row, 1), x(row, 2), v(row, 0), v(row, 1), v(row, 2), rms});
+  std::vector<std::vector<double>> rows = path_rows(path.times_s, path.position_m, path.velocity_mps);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    rows[i].push_back(i < estimate.guaranteed_rms_at_m.size() ? estimate.guaranteed_rms_at_m[i]
+                                                              : std::nan(""));
   }
   return io::format_csv({"t_s", "x_m", "y_m", "z_m", "vx_mps", "vy_mps", "vz_mps", "guaranteed_rms_m"}, rows);
+}
+
+std::string worst_case_csv(const TrajectoryEstimate& estimate) {
+  const estimate::PathTable& deviation = estimate.worst_case_motion;
+  std::vector<std::vector<double>> rows;
+  if (!deviation.times_s.empty()) {
+    rows = path_rows(deviation.times_s, estimate.nominal.position_m + deviation.position_m,
+                     estimate.nominal.velocity_mps + deviation.velocity_mps);
+  }
+  return io::format_csv({"t_s", "x_m", "y_m", "z_m", "vx_mps", "vy_mps", "vz_mps"}, rows);
 }
 
 std::string summary(const ReportInput& input) {
@@ -89,10 +143,16 @@ std::string summary(const ReportInput& input) {
   if (estimate.solution.status != SolveStatus::kOptimal) {
     line("what to do", std::string(status.remedy));
   }
-  line("guaranteed rms error",
-       metres(estimate.guaranteed_rms_m) + " (certified), " + describe_criterion(input.scenario.scenario));
-  line("lower bound",
-       metres(estimate.lower_bound_rms_m) + " (certified: no linear estimator guarantees less)");
+  line("guaranteed rms error", metres(estimate.guaranteed_rms_m) + " (" + proof(estimate) + "), " +
+                                   describe_criterion(input.scenario.scenario));
+  line("lower bound", metres(estimate.lower_bound_rms_m) + " (" + proof(estimate) +
+                          ": no linear estimator guarantees less)");
+  if (!estimate.certificate.remark.empty()) {
+    line("remark", estimate.certificate.remark);
+  }
+  if (estimate.near_optimality) {
+    line("in words", certify::describe(*estimate.near_optimality, estimate.solution.upper, "m"));
+  }
   line("Gauss-Markov rms error", metres(estimate.gauss_markov_rms_m) + " (measurements alone)");
   line("prior rms error", metres(estimate.prior_rms_m) + " (bounds alone)");
   if (estimate.observed) {

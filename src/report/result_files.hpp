@@ -10,18 +10,33 @@
 
 namespace trammel::report {
 
+/// Name of the file beside result.json that holds worst_case_csv().
+inline constexpr const char* kWorstCaseFile = "worst_case.csv";
+
+/// What a claim of "verified" is about.
+inline constexpr const char* kClaimCovers =
+    "the linear problem as computed in floating point from the inputs; not the linearisation, the model or "
+    "the bounds themselves";
+
 /// The fields of result.json. What was not computed, or is infinite, is null.
 ///
-/// Always: status, claim, parameters, observations, method, iterations, guaranteed_rms_m, lower_bound_rms_m,
-/// relative_gap, gauss_markov_rms_m, prior_rms_m, lambda_m2, solve_time_s, library_version, inputs; where
-/// unbounded also unbounded_directions. With measured values: chi2, estimate {theta, knots_s, position_m,
-/// velocity_mps}, linearisation {ratio, iterations, converged}. With a true path: truth {actual_rms_error_m,
-/// actual_gauss_markov_rms_error_m}.
+/// Always: status, claim, claim_covers, inflation (with remark and envelope where there are any),
+/// attained_fraction, any_estimator_lower_bound_rms_m, any_estimator_bound_kind, parameters, observations,
+/// method, iterations, guaranteed_rms_m, lower_bound_rms_m, relative_gap, gauss_markov_rms_m, prior_rms_m,
+/// lambda_m2, solve_time_s, library_version, inputs; where unbounded also unbounded_directions. Where the
+/// worst motion was found: worst_case {file, theta}; after Monte Carlo any_estimator_proved_rms_m,
+/// any_estimator_proved_kind, monte_carlo_lower_bound_rms_m, monte_carlo_confidence. With measured values:
+/// chi2, estimate {theta, knots_s, position_m, velocity_mps}, linearisation {ratio, iterations, converged}.
+/// With a true path: truth {actual_rms_error_m, actual_gauss_markov_rms_error_m}.
 [[nodiscard]] io::Json result_json(const ReportInput& input);
 
 /// `t_s,x_m,y_m,z_m,vx_mps,vy_mps,vz_mps,guaranteed_rms_m` on the dense grid: the estimate, or the reference
 /// where there are no measured values.
 [[nodiscard]] std::string trajectory_csv(const estimate::TrajectoryEstimate& estimate);
+
+/// `t_s,x_m,y_m,z_m,vx_mps,vy_mps,vz_mps` on the dense grid: the admissible motion with the largest error of
+/// this estimator that was found, reference plus estimate.worst_case_motion; no rows where there is none.
+[[nodiscard]] std::string worst_case_csv(const estimate::TrajectoryEstimate& estimate);
 
 /// A few lines for a person.
 [[nodiscard]] std::string summary(const ReportInput& input);

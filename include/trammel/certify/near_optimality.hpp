@@ -66,6 +66,7 @@ enum class AnyEstimatorBound {
   kBall,             ///< weighted van Trees, radial priors on the blocks
   kCoherentGroups,   ///< weighted van Trees, neighbouring blocks moved together
   kCorrelatedPrior,  ///< correlated Gaussian with smooth cut-offs
+  kMonteCarlo,       ///< palindromic Monte Carlo: holds at the confidence stated only
 };
 
 /// Name as in result files.
@@ -79,6 +80,8 @@ enum class AnyEstimatorBound {
       return "van_trees_coherent_groups";
     case AnyEstimatorBound::kCorrelatedPrior:
       return "correlated_prior";
+    case AnyEstimatorBound::kMonteCarlo:
+      return "palindromic_monte_carlo";
     case AnyEstimatorBound::kNone:
       break;
   }
@@ -97,6 +100,14 @@ struct NearOptimality {
   AnyEstimatorBound kind = AnyEstimatorBound::kNone;
   std::optional<PalindromicBound> monte_carlo;
   double confidence = std::numeric_limits<double>::quiet_NaN();  ///< of monte_carlo
+
+  /// The Monte Carlo bound exists and is larger than the proved one.
+  [[nodiscard]] bool sharpened() const { return monte_carlo && monte_carlo->bound > any_estimator; }
+  /// The larger of the proved and the Monte Carlo bound, and which of them it is.
+  [[nodiscard]] double best_any_estimator() const { return sharpened() ? monte_carlo->bound : any_estimator; }
+  [[nodiscard]] AnyEstimatorBound best_kind() const {
+    return sharpened() ? AnyEstimatorBound::kMonteCarlo : kind;
+  }
 };
 
 /// Judges a solution: the worst admissible parameters of its estimator (find_attained_error), and the largest

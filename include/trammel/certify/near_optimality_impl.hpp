@@ -101,14 +101,13 @@ TRAMMEL_INLINE std::string describe(const NearOptimality& near, double guarantee
   text += near.attained_fraction >= near_detail::kAttained
               ? ", attained by an admissible motion"
               : "; an admissible motion with an error of " + length(near.attained) + " was found";
-  double best = std::sqrt(near.any_estimator);
   text += "; no estimator of any kind, however computed, can guarantee less than " +
           length(near.any_estimator) + " (proved";
-  if (near.monte_carlo && near.monte_carlo->bound > near.any_estimator) {
-    best = std::sqrt(near.monte_carlo->bound);
+  if (near.sharpened()) {
     text += "; " + length(near.monte_carlo->bound) + " at " + number(100.0 * near.confidence, kDigits) +
             " % Monte Carlo confidence";
   }
+  const double best = std::sqrt(near.best_any_estimator());
   const double gain = guaranteed > 0.0 ? std::max(0.0, 1.0 - best / guaranteed) : 0.0;
   return text + "): at most " + number(std::ceil(1000.0 * gain) / 10.0, 3) + " % can be gained.";
 }

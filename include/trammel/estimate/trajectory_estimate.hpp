@@ -10,6 +10,8 @@
 
 #include <Eigen/Core>
 
+#include "trammel/certify/certificate.hpp"
+#include "trammel/certify/near_optimality.hpp"
 #include "trammel/core/config.hpp"
 #include "trammel/core/progress.hpp"
 #include "trammel/minimax/methods.hpp"
@@ -26,6 +28,9 @@ struct EstimateSettings {
   /// Spacing of the dense output grid; 0: equal parts of each segment, at least 200 rows, with the knots
   /// among them.
   double output_step_s = 0.0;
+  /// Search for the worst admissible motion and the bound over all estimators; absent: neither. Leave out
+  /// where many scenarios are compared: it takes about as long as the solution.
+  std::optional<certify::NearOptimalitySettings> near_optimality = certify::NearOptimalitySettings{};
 };
 
 /// A path on a time grid.
@@ -71,17 +76,21 @@ struct TrajectoryEstimate {
   minimax::Solution solution;
   Eigen::Index parameters = 0;   ///< p after removal of zero bounds
   std::size_t observations = 0;  ///< measurements used (planned or made), each counted once
-  double guaranteed_rms_m = std::numeric_limits<double>::quiet_NaN();   ///< sqrt(solution.upper)
-  double lower_bound_rms_m = std::numeric_limits<double>::quiet_NaN();  ///< sqrt(solution.lower)
+  double guaranteed_rms_m = std::numeric_limits<double>::quiet_NaN();   ///< sqrt(solution.upper), rounded up
+  double lower_bound_rms_m = std::numeric_limits<double>::quiet_NaN();  ///< sqrt(solution.lower), down
+  certify::Certificate certificate;  ///< the proof of both; solution.claim is its claim
+  /// How good the guarantee is, squared errors in m^2; absent where not asked for or unbounded.
+  std::optional<certify::NearOptimality> near_optimality;
   double gauss_markov_rms_m = std::numeric_limits<double>::quiet_NaN();
   double prior_rms_m = std::numeric_limits<double>::quiet_NaN();  ///< the same problem without measurements
   Eigen::VectorXd lambda_m2;  ///< position, velocity, segments in order; 0 where a bound removed everything
   PathTable nominal;          ///< reference on the dense grid
   std::vector<double> guaranteed_rms_at_m;  ///< certified rms bound of the same estimator per grid time
-  /// Deviation of the worst-case motion from the reference, on the dense grid: the leading direction of the
-  /// least favourable prior (weighed by the criterion), scaled to touch the bounds. No rows where there is
-  /// none.
-  PathTable worst_case_motion;
+  /// The admissible motion with the largest mean-square error of this estimator that was found
+  /// (near_optimality->worst_case), as deviation from the reference in the order of ObservationResult::theta.
+  /// Empty without near_optimality.
+  Eigen::VectorXd worst_case_theta;
+  PathTable worst_case_motion;  ///< the same on the dense grid; no rows without near_optimality
   /// Where status is unbounded: words for the directions, "velocity y", "acceleration of segment 3 z".
   std::vector<std::string> unbounded_directions;
   std::optional<ObservationResult> observed;
@@ -92,7 +101,7 @@ struct TrajectoryEstimate {
 /// | result              | formula                                                                 |
 /// |---------------------|-------------------------------------------------------------------------|
 /// | observed->path      | z = K F'y, y whitened deviations (Mamaev and Semenikhin, eq. (15))      |
-/// | guaranteed_rms_m    | sqrt(tr S K J K' + sum lambda), proved (eq. (16))                       |
+/// | guaranteed_rms_m    | sqrt(tr S K J K' + sum lambda), proved by certify::verify (eq. (16))    |
 /// | gauss_markov_rms_m  | sqrt(tr S J^-1)                                                         |
 /// | prior_rms_m         | proved bound of the same without measurements (bound_bias)              |
 /// | guaranteed_rms_at_m | PointwiseGuarantee                                                      |
@@ -104,7 +113,8 @@ struct TrajectoryEstimate {
                                                      const ProgressObserver& observe = {});
 
 /// The same from a problem already assembled from the scenario and its solution: what `estimate_trajectory`
-/// does after solving. Throws Error for a solution of another shape.
+/// does after solving, whatever made the solution: its bounds are replaced by those certify::verify proves.
+/// Throws Error for a solution of another shape.
 [[nodiscard]] TrajectoryEstimate evaluate_solution(const Scenario& scenario, const TrajectoryProblem& problem,
                                                    minimax::Solution solution,
                                                    const EstimateSettings& settings = {},

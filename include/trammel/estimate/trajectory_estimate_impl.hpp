@@ -14,9 +14,9 @@
 #include "trammel/estimate/observed.hpp"
 #include "trammel/estimate/pointwise_guarantee.hpp"
 #include "trammel/estimate/trajectory_estimate.hpp"
+#include "trammel/linalg/double_double.hpp"
 #include "trammel/linalg/qr.hpp"
 #include "trammel/linalg/svd.hpp"
-#include "trammel/linalg/symmetric_eigen.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::estimate {
 
@@ -50,9 +50,6 @@ inline std::vector<double> output_grid(const trajectory::SplineBasis& basis, dou
   return times;
 }
 
-/// sqrt of a certified squared error; rounding below zero is zero, NaN stays.
-inline double root(double square) { return std::sqrt(square < 0.0 ? 0.0 : square); }
-
 /// Certified rms error without measurements, where the bounds alone limit it.
 inline double prior_rms(const TrajectoryProblem& problem, const MotionBounds& bounds) {
   const BoundedMotion motion = bounded_motion(problem.coordinates, bounds);
@@ -66,34 +63,6 @@ inline double prior_rms(const TrajectoryProblem& problem, const MotionBounds& bo
     }
   }
   return std::sqrt(bound_bias(C * motion.bounded, motion.block_sizes).upper);
-}
-
-/// The direction of the least favourable prior that moves the criterion most, scaled to touch the bounds;
-/// zeros where no direction of it is bounded.
-inline Eigen::VectorXd worst_motion(const GuaranteedProblem& problem, const Eigen::MatrixXd& prior_factor) {
-  // A column that no bound limits (its size is arbitrary) has a bounded part of rounding errors only.
-  constexpr double kUnlimited = 1e-12;
-  Eigen::MatrixXd L = prior_factor;
-  for (Eigen::Index j = 0; j < L.cols(); ++j) {
-    double limited = 0.0;
-    for (const Eigen::MatrixXd& a : problem.ellipsoids) {
-      limited += (a * L.col(j)).squaredNorm();
-    }
-    if (!(std::sqrt(limited) > kUnlimited * L.col(j).norm())) {
-      L.col(j).setZero();
-    }
-  }
-  const Eigen::MatrixXd moved = problem.criterion_factor * L;
-  if (L.cols() == 0 || !(moved.norm() > 0.0)) {
-    return Eigen::VectorXd::Zero(problem.parameters());
-  }
-  const linalg::SymmetricEigen eigen(moved.transpose() * moved);
-  const Eigen::VectorXd z = L * eigen.eigenvectors().rightCols<1>();
-  double reach = 0.0;
-  for (const Eigen::MatrixXd& a : problem.ellipsoids) {
-    reach = std::max(reach, (a * z).norm());
-  }
-  return reach > 0.0 ? Eigen::VectorXd(z / reach) : Eigen::VectorXd::Zero(problem.parameters());
 }
 
 inline std::string parameter_words(Eigen::Index place) {
@@ -184,8 +153,10 @@ TRAMMEL_INLINE TrajectoryEstimate evaluate_solution(const Scenario& scenario,
   TrajectoryEstimate result;
   result.parameters = coordinates.parameters();
   result.observations = problem.observations;
-  result.guaranteed_rms_m = detail::root(solution.upper);
-  result.lower_bound_rms_m = detail::root(solution.lower);
+  result.certificate = certify::verify(problem.problem, solution);
+  certify::apply(result.certificate, settings.solver, solution);
+  result.guaranteed_rms_m = linalg::round_up(std::sqrt(solution.upper));
+  result.lower_bound_rms_m = std::max(0.0, linalg::round_down(std::sqrt(std::max(0.0, solution.lower))));
   result.prior_rms_m = detail::prior_rms(problem, scenario.bounds);
   result.nominal = detail::nominal_on_grid(problem.nominal, times);
   const std::optional<GaussMarkov> unbounded_estimate = gauss_markov(problem);
@@ -217,11 +188,16 @@ TRAMMEL_INLINE TrajectoryEstimate evaluate_solution(const Scenario& scenario,
                .fraction = static_cast<double>(i + 1) / static_cast<double>(times.size())});
     }
   }
-  const Eigen::VectorXd worst = detail::worst_motion(problem.problem, solution.prior_factor);
-  if (!worst.isZero(0.0)) {
-    result.worst_case_motion = path_on_grid(problem, worst, times);
-    result.worst_case_motion.position_m -= result.nominal.position_m;
-    result.worst_case_motion.velocity_mps -= result.nominal.velocity_mps;
+  if (settings.near_optimality) {
+    result.near_optimality =
+        certify::assess_near_optimality(problem.problem, solution, *settings.near_optimality, observe);
+    const Eigen::VectorXd& worst = result.near_optimality->worst_case;
+    if (worst.size() > 0) {
+      result.worst_case_theta = coordinates.motion(worst);
+      result.worst_case_motion = path_on_grid(problem, worst, times);
+      result.worst_case_motion.position_m -= result.nominal.position_m;
+      result.worst_case_motion.velocity_mps -= result.nominal.velocity_mps;
+    }
   }
   if (!scenario.observations.empty()) {
     const Eigen::VectorXd z =

@@ -16,10 +16,12 @@ TRAMMEL_INLINE Comparison compare(const std::vector<Candidate>& candidates,
                                   const ProgressObserver& observe) {
   require(!candidates.empty(), "candidates", "none", "at least one");
   Comparison comparison;
+  estimate::EstimateSettings bounds_only = settings;
+  bounds_only.near_optimality.reset();
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     Scenario scenario = candidates[i].scenario;
     scenario.observations.clear();
-    const estimate::TrajectoryEstimate estimate = estimate::estimate_trajectory(scenario, settings);
+    const estimate::TrajectoryEstimate estimate = estimate::estimate_trajectory(scenario, bounds_only);
     comparison.ranking.push_back({i, candidates[i].name, estimate.solution.status, estimate.guaranteed_rms_m,
                                   estimate.lower_bound_rms_m});
     if (observe) {
