@@ -213,7 +213,7 @@ constexpr std::array<RuleEntry, 10> kRules{{
     {"benedict_bordner", benedict_bordner_rule,
      "alpha, or tracking_index = s_dv T/s, or process_std (velocity step) and measurement_std; order 2"},
     {"minimum_noise", minimum_noise_rule,
-     "target = \"predicted\" (default) or \"filtered\" (order 1 to 4); lag = steady error of the\n"
+     "target = \"predicted\" (default) or \"filtered\"; lag = steady error of the\n"
      "      coordinate per unit x^(v), s^v (predicted: or b, lag = (T/b)^v, 0 < b < 2): least noise for it"},
     {"guaranteed", guaranteed_rule,
      "tracking_index = w T^v/s, or derivative_bound = w and measurement_std = s; order 1 to 3;\n"

@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "trammel/filter/analysis.hpp"
 #include "trammel/filter/analysis_impl.hpp"
-#include "trammel/filter/batch_bound.hpp"
-#include "trammel/filter/batch_bound_impl.hpp"
 #include "trammel/filter/design.hpp"
 #include "trammel/filter/design_impl.hpp"
-#include "trammel/filter/general_method.hpp"
-#include "trammel/filter/general_method_impl.hpp"
 #include "trammel/filter/guaranteed_rule.hpp"
 #include "trammel/filter/guaranteed_rule_impl.hpp"
 #include "trammel/filter/minimise.hpp"

@@ -9,6 +9,8 @@
 #include <nlohmann/json.hpp>
 
 #include "filter/filter_cases.hpp"
+#include "trammel/filter/fading_memory_filter.hpp"
+#include "trammel/filter/fixed_gain_filter.hpp"
 #include "trammel/filter/general_method.hpp"
 #include "trammel/filter/guaranteed_rule.hpp"
 #include "trammel/filter/rules.hpp"
@@ -197,6 +199,70 @@ TEST_F(Reference, GuaranteedErrors) {
   }
 }
 
+/// The recursion over the times of the reference: estimates and gains from `order` samples on.
+template <int Order>
+void expect_irregular(const json& table, const std::string& key) {
+  FadingMemoryFilter<double, Order> filter(table["tau"].get<double>(), 1.0);
+  std::size_t entry = 0;
+  double before = table["t"][0];
+  for (std::size_t n = 0; n < table["t"].size(); ++n) {
+    const double now = table["t"][n];
+    filter.predict(now - before);
+    before = now;
+    filter.correct(Eigen::Matrix<double, 1, 1>(table["z"][n].get<double>()));
+    const json& e = table[key][entry];
+    if (e["n"].get<std::size_t>() == n + 1) {
+      expect_near(filter.state().col(0), vector_of(e["estimate"]), 1e-9, key + " estimate");
+      expect_near(filter.gain(), vector_of(e["gain"]), 1e-9, key + " gain");
+      entry = std::min(entry + 1, table[key].size() - 1);
+    }
+  }
+  EXPECT_EQ(entry, table[key].size() - 1);
+}
+
+TEST_F(Reference, IrregularSampling) {
+  expect_irregular<2>(data_["irregular_fading_memory"], "v2");
+  expect_irregular<3>(data_["irregular_fading_memory"], "v3");
+}
+
+TEST_F(Reference, Coasting) {
+  const json& c = data_["coasting_alpha_beta"];
+  FixedGainFilter<double, 2> filter(vec({c["alpha"], c["beta"]}), c["T"].get<double>());
+  filter.set_state(vector_of(c["initial_state_at_n0"]));
+  for (std::size_t n = 0; n < c["z"].size(); ++n) {
+    if (n > 0) {
+      filter.predict();
+    }
+    if (!c["z"][n].is_null()) {
+      filter.correct(Eigen::Matrix<double, 1, 1>(c["z"][n].get<double>()));
+    }
+    expect_near(filter.state().col(0), vector_of(c["estimates"][n]), 1e-12, "sample " + std::to_string(n));
+  }
+}
+
+TEST_F(Reference, RandomManoeuvresAndTheFormulasOfOthers) {
+  const auto random_error = [](double index, const Eigen::VectorXd& gains) {
+    return analyse(design_of(2, 1.0, gains)).covariance(0, 0) +
+           index * index * std::pow(1.0 - gains[0], 2) / (2.0 * gains[0] * gains[1]);
+  };
+  for (const json& e : data_["dwna_mse_comparison"]["table"]) {
+    const double index = e["Lambda"];
+    EXPECT_NEAR(random_error(index, kalata(2, index)), e["kalman"].get<double>(), 1e-10);
+    EXPECT_NEAR(random_error(index, fading_memory(2, e["theta_crit"])), e["crit"].get<double>(), 1e-10);
+    EXPECT_NEAR(kalata(2, index)[0], e["alpha_kalman"].get<double>(), 1e-12);
+  }
+  const json& ghk = data_["peer_checks"]["ghk"];
+  const FilterAnalysis three =
+      analyse(design_of(3, ghk["dt"], vec({ghk["g"], ghk["h"], 4.0 * ghk["k"].get<double>()})));
+  expect_near(three.covariance.diagonal(), vector_of(ghk["correct_VRF"]), 1e-10, "g-h-k");
+  EXPECT_NEAR(three.prediction_noise_gain, ghk["correct_VRF_prediction"].get<double>(), 1e-10);
+  const json& memory = data_["peer_checks"]["fading_memory_order1"];
+  const FilterAnalysis two = analyse(design_of(2, memory["dt"], fading_memory(2, memory["theta"])));
+  expect_near(two.covariance.diagonal(), vector_of(memory["correct_P"]), 1e-10, "fading memory");
+  expect_near(2.0 * two.error_coefficients.col(2), vector_of(memory["correct_lag_for_a2_equal_1"]), 1e-9,
+              "fading memory");
+}
+
 double rational_text(const std::string& text) {
   const std::size_t slash = text.find('/');
   return slash == std::string::npos ? std::stod(text)
@@ -263,6 +329,29 @@ TEST_F(Reference, GeneralMethod) {
     }
     EXPECT_LE(std::abs(method.scalar_innovation(q) - rational_at(g["closure_scalar_innovation"], q)), 1e-12)
         << name;
+    // The transfer functions as polynomials are the same functions of q.
+    const auto expect_transfer = [&](const GeneralTransfer& transfer, const json& expected) {
+      const auto at = [&](const Polynomial& p) {
+        std::complex<double> value = 0.0;
+        for (Eigen::Index s = p.size(); s-- > 0;) {
+          value = value * q + p[s];
+        }
+        return value;
+      };
+      ASSERT_EQ(transfer.numerators.size(), expected.size());
+      for (std::size_t row = 0; row < expected.size(); ++row) {
+        EXPECT_LE(
+            std::abs(at(transfer.numerators[row]) / at(transfer.denominator) - rational_at(expected[row], q)),
+            1e-11)
+            << name << " row " << row;
+      }
+    };
+    if (method.has_vector_denominator()) {
+      expect_transfer(method.vector_transfer(), g["closure_vector"]);
+    }
+    if (method.has_scalar_denominator()) {
+      expect_transfer(method.scalar_transfer(), g["closure_scalar"]);
+    }
   }
 }
 

@@ -160,15 +160,40 @@ TEST(Rules, LeastNoiseOfTheEstimateKeepsItsLag) {
   const double t = 0.4;
   expect_near(minimum_noise_estimate(2, std::pow(1 - t, 2) / (4 * t * t)),
               vec({2 * t / (1 + t * t), 4 * t * t / (1 + t * t)}), kFormula, "order 2");
-  for (int order = 1; order <= 4; ++order) {
+  for (int order = 1; order <= 7; ++order) {
     for (const double lag : {0.2, 3.0, 50.0}) {
       const FilterAnalysis best = analyse(design_of(order, 1.0, minimum_noise_estimate(order, lag)));
+      ASSERT_TRUE(best.stable) << order << " " << lag;
       EXPECT_NEAR(best.error_coefficients(0, order), lag, 1e-9 * lag);
+      const double shrunk = 1.0 / (1.0 + 2.0 * std::pow(lag, 1.0 / order));
+      EXPECT_NEAR(best.covariance(0, 0), 1.0 - std::pow(1.0 - shrunk, order), 1e-9) << order << " " << lag;
       // Less noise than the critically damped filter of the same lag.
       const double root = std::pow(lag, 1.0 / order);
       const FilterAnalysis damped = analyse(design_of(order, 1.0, fading_memory(order, root / (1 + root))));
       EXPECT_NEAR(damped.error_coefficients(0, order), lag, 1e-8 * lag);
       EXPECT_LE(best.covariance(0, 0), damped.covariance(0, 0) * (1 + 1e-12)) << order << " " << lag;
+    }
+  }
+}
+
+TEST(Rules, NoNeighbourOfTheLeastNoiseHasLess) {
+  // The lag is (1 - kappa_0) (v-1)! / kappa_(v-1): move along it, in each of the v - 1 free directions.
+  constexpr double kLag = 2.0;
+  constexpr double kMove = 1e-3;
+  for (int order = 2; order <= 6; ++order) {
+    const Eigen::VectorXd best = minimum_noise_estimate(order, kLag);
+    const double least = analyse(design_of(order, 1.0, best)).covariance(0, 0);
+    for (int i = 0; i + 1 < order; ++i) {
+      for (const double move : {-kMove, kMove}) {
+        Eigen::VectorXd other = best;
+        other[i] *= 1.0 + move;
+        other[order - 1] = (1.0 - other[0]) * factorial(order - 1) / kLag;
+        const FilterAnalysis analysis = analyse(design_of(order, 1.0, other));
+        if (analysis.stable) {
+          EXPECT_NEAR(analysis.error_coefficients(0, order), kLag, 1e-9 * kLag);
+          EXPECT_GT(analysis.covariance(0, 0), least) << "order " << order << " gain " << i;
+        }
+      }
     }
   }
 }
@@ -179,6 +204,10 @@ TEST(Rules, RejectArgumentsOutOfRange) {
   EXPECT_NE(error_of([] { (void)kalata(2, -1.0); }).find("tracking_index"), std::string::npos);
   EXPECT_NE(error_of([] { (void)kalman(Eigen::MatrixXd::Zero(2, 2)); }).find("process_noise"),
             std::string::npos);
+  Eigen::Matrix2d indefinite;
+  indefinite << 1.0, 2.0, 2.0, 1.0;
+  EXPECT_NE(error_of([&] { (void)kalman(indefinite); }).find("negative eigenvalue"), std::string::npos);
+  EXPECT_NE(error_of([] { (void)minimum_noise_estimate(2, 0.0); }).find("lag"), std::string::npos);
   EXPECT_NE(error_of([] { (void)benedict_bordner(1.5); }).find("alpha"), std::string::npos);
   EXPECT_NE(error_of([] { (void)expanding_memory(2, 0); }).find("samples"), std::string::npos);
 }

@@ -8,7 +8,8 @@
 
 #include "trammel/core/error.hpp"
 #include "trammel/filter/batch_bound.hpp"
-#include "trammel/filter/design_impl.hpp"
+#include "trammel/filter/design.hpp"
+#include "trammel/filter/require_order.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::filter {
 

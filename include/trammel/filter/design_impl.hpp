@@ -9,6 +9,7 @@
 #include "trammel/core/error.hpp"
 #include "trammel/filter/design.hpp"
 #include "trammel/filter/polynomial_impl.hpp"
+#include "trammel/filter/require_order.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::filter {
 
@@ -21,14 +22,6 @@ inline void require_polynomials(const std::vector<Polynomial>& list, int rows, c
     require(p.size() > 0, name, "a polynomial without coefficients", "at least one coefficient");
     require(p.allFinite(), name, "a coefficient that is not finite", "finite coefficients");
   }
-}
-
-inline void require_order(int order, int rows) {
-  require(order >= 1 && order <= kMaxOrder, "order", std::to_string(order),
-          "a whole number from 1 to " + std::to_string(kMaxOrder));
-  require(rows >= 1 && rows <= order, "rows", std::to_string(rows),
-          "a whole number from 1 to the order " + std::to_string(order) +
-              ": a row beyond the order has no factor (1 - q) left, so it cannot be invariant");
 }
 
 inline void require_valid(const FilterSpecification& s) {

@@ -39,6 +39,12 @@ struct RightQuotient {
 };
 [[nodiscard]] RightQuotient divide_right(const PolynomialMatrix& b, const PolynomialMatrix& a);
 
+/// A closure as transfer functions from the measurement. Factors that cancel may be left in them.
+struct GeneralTransfer {
+  Polynomial denominator;              ///< P(q), P(0) = 1
+  std::vector<Polynomial> numerators;  ///< estimate of row i: N_i(q) / P(q), unit s^-i
+};
+
 /// The general method: characteristic matrix C from eq. (17) of Pichugin, Zimchuk, Kankin (2004).
 ///
 /// | symbol | meaning                                              | shape      |
@@ -82,8 +88,10 @@ class GeneralMethod {
   /// B at a point (for from_operator: C S C^-1 A).
   [[nodiscard]] Eigen::MatrixXcd estimate_accuracy(std::complex<double> q) const;
 
-  /// First coefficients of X.
+  /// First coefficients of X, of B and of S (all of them where these are polynomials that were given).
   [[nodiscard]] PolynomialMatrix inverse_characteristic_series(int terms) const;
+  [[nodiscard]] PolynomialMatrix estimate_accuracy_series(int terms) const;
+  [[nodiscard]] PolynomialMatrix residual_operator_series(int terms) const;
 
   /// Estimates for unit g at a point: transfer functions of the two closures.
   [[nodiscard]] Eigen::VectorXcd vector_closure(std::complex<double> q) const;
@@ -101,6 +109,12 @@ class GeneralMethod {
   [[nodiscard]] Polynomial vector_denominator() const;
   /// The same of the scalar closure, det(A + (I - S) D H F); needs from_operator or commuting A and B.
   [[nodiscard]] Polynomial scalar_denominator() const;
+  /// Both closures as transfer functions; need what their denominators need.
+  [[nodiscard]] GeneralTransfer vector_transfer() const;
+  [[nodiscard]] GeneralTransfer scalar_transfer() const;
+  /// True where vector_denominator (M or S polynomial) and scalar_denominator (S polynomial) exist.
+  [[nodiscard]] bool has_vector_denominator() const { return !s_.empty() || !m_.empty(); }
+  [[nodiscard]] bool has_scalar_denominator() const { return !s_.empty(); }
   /// True if A and B commute, so that S = M.
   [[nodiscard]] bool commutes() const { return commutes_; }
 
@@ -108,7 +122,6 @@ class GeneralMethod {
   GeneralMethod(PolynomialMatrix a, int order, double sampling_s);
   [[nodiscard]] Eigen::MatrixXcd middle(std::complex<double> q) const;
   [[nodiscard]] PolynomialMatrix middle_series(int terms) const;
-  [[nodiscard]] PolynomialMatrix residual_series(int terms) const;
   [[nodiscard]] int rows() const { return static_cast<int>(d_.size()); }
 
   PolynomialMatrix a_;

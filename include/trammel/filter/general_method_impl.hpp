@@ -12,8 +12,8 @@
 
 #include "trammel/core/error.hpp"
 #include "trammel/filter/design.hpp"
-#include "trammel/filter/design_impl.hpp"
 #include "trammel/filter/general_method.hpp"
+#include "trammel/filter/require_order.hpp"
 #include "trammel/linalg/lu.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::filter {
@@ -60,6 +60,26 @@ inline void trim_matrix(PolynomialMatrix& matrix) {
 
 inline int degree_of(const PolynomialMatrix& matrix) { return static_cast<int>(matrix.size()) - 1; }
 
+/// Without trailing coefficients that are zero up to kExact of the sum of all.
+inline Polynomial exact_part(const Polynomial& p) {
+  const double noise = kExact * p.cwiseAbs().sum();
+  Eigen::Index size = p.size();
+  while (size > 1 && std::abs(p[size - 1]) <= noise) {
+    --size;
+  }
+  return p.head(size);
+}
+
+/// Numerators N_i = P x_i of a closure, of at most the given degree, from its pulse response.
+inline GeneralTransfer transfer_functions(Polynomial denominator, const Eigen::MatrixXd& response) {
+  GeneralTransfer transfer{std::move(denominator), {}};
+  for (Eigen::Index i = 0; i < response.rows(); ++i) {
+    const Polynomial product = multiply(transfer.denominator, response.row(i).transpose());
+    transfer.numerators.push_back(exact_part(product.head(response.cols())));
+  }
+  return transfer;
+}
+
 /// Coefficients of the polynomial q -> det value(q) of at most the given degree, from its values at roots
 /// of unity.
 inline Polynomial interpolate_determinant(const std::function<Eigen::MatrixXcd(std::complex<double>)>& value,
@@ -80,12 +100,7 @@ inline Polynomial interpolate_determinant(const std::function<Eigen::MatrixXcd(s
     }
     coefficients[k] = sum.real() / count;
   }
-  const double noise = kExact * coefficients.cwiseAbs().sum();
-  Eigen::Index size = count;
-  while (size > 1 && std::abs(coefficients[size - 1]) <= noise) {
-    --size;
-  }
-  return coefficients.head(size) / coefficients[0];
+  return exact_part(coefficients) / coefficients[0];
 }
 
 }  // namespace detail
@@ -312,7 +327,11 @@ TRAMMEL_INLINE PolynomialMatrix GeneralMethod::inverse_characteristic_series(int
   return x;
 }
 
-TRAMMEL_INLINE PolynomialMatrix GeneralMethod::residual_series(int terms) const {
+TRAMMEL_INLINE PolynomialMatrix GeneralMethod::estimate_accuracy_series(int terms) const {
+  return b_.empty() ? multiply_series(middle_series(terms), a_, terms) : b_;
+}
+
+TRAMMEL_INLINE PolynomialMatrix GeneralMethod::residual_operator_series(int terms) const {
   if (!s_.empty()) {
     return s_;
   }
@@ -352,7 +371,7 @@ TRAMMEL_INLINE Eigen::MatrixXd GeneralMethod::vector_closure_response(int count)
     }
     noisy_state.push_back(column);
   }
-  const PolynomialMatrix b = b_.empty() ? multiply_series(middle_series(count), a_, count) : b_;
+  const PolynomialMatrix b = estimate_accuracy_series(count);
   const PolynomialMatrix residual =
       multiply_series(multiply_series(inverse_characteristic_series(count), b, count), noisy_state, count);
   Eigen::MatrixXd response = Eigen::MatrixXd::Zero(rows(), count);
@@ -366,7 +385,7 @@ TRAMMEL_INLINE Eigen::MatrixXd GeneralMethod::vector_closure_response(int count)
 }
 
 TRAMMEL_INLINE Eigen::MatrixXd GeneralMethod::scalar_closure_response(int count) const {
-  const PolynomialMatrix gain_operator = detail::complement(residual_series(count));
+  const PolynomialMatrix gain_operator = detail::complement(residual_operator_series(count));
   Eigen::MatrixXd response = Eigen::MatrixXd::Zero(rows(), count);
   Eigen::VectorXd innovations(count);
   for (int n = 0; n < count; ++n) {
@@ -419,6 +438,21 @@ TRAMMEL_INLINE Polynomial GeneralMethod::scalar_denominator() const {
         return Eigen::MatrixXcd(evaluate(a_, q) + gain * evaluate(f_, q).row(0));
       },
       degree);
+}
+
+TRAMMEL_INLINE GeneralTransfer GeneralMethod::vector_transfer() const {
+  // x = H_P - X B H_P: X has the denominator and a numerator of one factor less, or X B = S C^-1 A.
+  const int k = rows();
+  const int f = detail::degree_of(f_);
+  const int closed = s_.empty() ? k * k * (f + detail::degree_of(m_)) + detail::degree_of(b_)
+                                : k * (f + detail::degree_of(s_)) + detail::degree_of(a_);
+  return detail::transfer_functions(vector_denominator(), vector_closure_response(closed + k));
+}
+
+TRAMMEL_INLINE GeneralTransfer GeneralMethod::scalar_transfer() const {
+  const Polynomial denominator = scalar_denominator();
+  const int degree = rows() * (detail::degree_of(a_) + detail::degree_of(s_));
+  return detail::transfer_functions(denominator, scalar_closure_response(degree + 1));
 }
 
 }  // namespace trammel::inline TRAMMEL_ABI::filter

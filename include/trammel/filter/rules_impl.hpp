@@ -6,17 +6,15 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <limits>
 #include <string>
 
 #include "trammel/core/error.hpp"
-#include "trammel/filter/analysis.hpp"
 #include "trammel/filter/design.hpp"
-#include "trammel/filter/design_impl.hpp"
-#include "trammel/filter/minimise.hpp"
+#include "trammel/filter/require_order.hpp"
 #include "trammel/filter/rules.hpp"
 #include "trammel/linalg/lu.hpp"
 #include "trammel/linalg/qr.hpp"
+#include "trammel/linalg/semidefinite_factor.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::filter {
 
@@ -50,6 +48,28 @@ inline Eigen::MatrixXd unit_transition(int order) {
     }
   }
   return transition;
+}
+
+/// q in powers of d.
+inline Polynomial shift_in_d() {
+  Polynomial q(2);
+  q << 1.0, -1.0;
+  return q;
+}
+
+/// q^n p(1/q) for p of degree n, both in powers of d: 1/q turns d into d/(d - 1), so this is
+/// sum_j (-1)^j p_j d^j q^(n-j).
+inline Polynomial reversed_in_d(const Polynomial& p) {
+  const int degree = static_cast<int>(p.size()) - 1;
+  const Polynomial q = shift_in_d();
+  Polynomial reversed = Polynomial::Zero(degree + 1);
+  Polynomial power = constant(1.0);  // q^(n-j), from the last coefficient on
+  for (int j = degree; j >= 0; --j) {
+    const double sign = j % 2 == 0 ? 1.0 : -1.0;
+    reversed.segment(j, power.size()) += sign * p[j] * power;
+    power = multiply(power, q);
+  }
+  return reversed;
 }
 
 }  // namespace detail
@@ -204,6 +224,8 @@ TRAMMEL_INLINE Eigen::VectorXd kalman(const Eigen::MatrixXd& process_noise) {
           "not finite or not symmetric", "a symmetric matrix");
   require(process_noise.diagonal().minCoeff() >= 0.0 && process_noise(order - 1, order - 1) > 0.0,
           "process_noise", "no noise in the last derivative", "a positive last diagonal element");
+  require(linalg::semidefinite_factor(process_noise).negative_pivot == 0.0, "process_noise",
+          "a negative eigenvalue", "a positive semidefinite matrix");
 
   // State scaled by powers of the expected bandwidth, so that a long memory does not spoil the digits.
   const double index = std::sqrt(process_noise(order - 1, order - 1));
@@ -272,67 +294,25 @@ TRAMMEL_INLINE Eigen::VectorXd benedict_bordner_from_index(double index) {
 TRAMMEL_INLINE Eigen::VectorXd minimum_noise_prediction(int order, double b) {
   detail::require_order(order, order);
   require(b > 0.0 && b < 2.0, "b", std::to_string(b), "a number between 0 and 2");
-  // The recursion in q with reversed polynomials becomes, in d, a sum with (1-d)^v p(d / (d - 1)).
-  Polynomial q(2);
-  q << 1.0, -1.0;
+  const Polynomial q = detail::shift_in_d();
   Polynomial p = constant(1.0);
   for (int v = 0; v < order; ++v) {
-    Polynomial reversed = Polynomial::Zero(v + 1);
-    Polynomial power = constant(1.0);  // q^(v-j), from the last coefficient on
-    for (int j = v; j >= 0; --j) {
-      const double sign = j % 2 == 0 ? 1.0 : -1.0;
-      reversed.segment(j, power.size()) += sign * p[j] * power;
-      power = multiply(power, q);
-    }
-    p = add(raise(p, 1), multiply(q, add(p, reversed)), 0.5 * b);
+    p = add(raise(p, 1), multiply(q, add(p, detail::reversed_in_d(p))), 0.5 * b);
   }
   return gains_from_denominator(p);
 }
 
 TRAMMEL_INLINE Eigen::VectorXd minimum_noise_estimate(int order, double lag) {
-  constexpr int kLargest = 4;  // more free gains than the search without derivatives handles reliably
-  require(order >= 1 && order <= kLargest, "order", std::to_string(order),
-          "1 to 4 for the least noise of the estimate");
-  require(std::isfinite(lag) && lag >= 0.0, "lag", std::to_string(lag), "a number, zero or positive");
-  if (order == 1) {
-    return Eigen::VectorXd::Constant(1, 1.0 / (1.0 + lag));
+  detail::require_order(order, order);
+  require(std::isfinite(lag) && (lag > 0.0 || (lag == 0.0 && order == 1)), "lag", std::to_string(lag),
+          "a positive number, or 0 for order 1");
+  const double t = 1.0 / (1.0 + 2.0 * std::pow(lag, 1.0 / order));
+  const Polynomial q = detail::shift_in_d();
+  Polynomial p = constant(1.0);
+  for (int v = 0; v < order; ++v) {
+    p = add(raise(p, 1), add(multiply(q, p), detail::reversed_in_d(p)), t);
   }
-  if (order == 2) {
-    const double t = 1.0 / (1.0 + 2.0 * std::sqrt(lag));
-    return detail::two_gains(2.0 * t / (1.0 + t * t), 4.0 * t * t / (1.0 + t * t));
-  }
-  require(lag > 0.0, "lag", "0", "a positive number for orders above 2");
-  // lag = (1 - alpha) (v-1)! / kappa_(v-1): the last gain follows from the first. Search over the logarithms
-  // of 1 - alpha and of the middle gains.
-  const auto gains_at = [&](const Eigen::VectorXd& point) {
-    Eigen::VectorXd gains(order);
-    const double rest = std::exp(point[0]);
-    gains[0] = 1.0 - rest;
-    for (int i = 1; i + 1 < order; ++i) {
-      gains[i] = std::exp(point[i]);
-    }
-    gains[order - 1] = rest * factorial(order - 1) / lag;
-    return gains;
-  };
-  const auto noise = [&](const Eigen::VectorXd& point) {
-    const FilterDesign design = synthesise(from_gains(order, 1.0, gains_at(point)));
-    if (!is_stable(design.denominator_d)) {
-      return std::numeric_limits<double>::infinity();
-    }
-    const DeltaRealisation realisation(design.denominator_d);
-    const Eigen::VectorXd row = realisation.output_row(design.numerators_d[0]);
-    return row.dot(realisation.covariance() * row);
-  };
-  // Start: the critically damped filter with this lag, theta^v / (1 - theta)^v = lag.
-  const double root = std::pow(lag, 1.0 / order);
-  const Eigen::VectorXd start_gains = fading_memory(order, root / (1.0 + root));
-  Eigen::VectorXd start(order - 1);
-  start[0] = std::log(1.0 - start_gains[0]);
-  for (int i = 1; i + 1 < order; ++i) {
-    start[i] = std::log(start_gains[i]);
-  }
-  constexpr double kStep = 0.1;  // a tenth of each quantity
-  return gains_at(minimise(noise, start, kStep).point);
+  return gains_from_denominator(Polynomial(p / p.sum()));  // q = 0 is d = 1
 }
 
 }  // namespace trammel::inline TRAMMEL_ABI::filter
