@@ -7,7 +7,9 @@
 #include "../io/document.hpp"
 #include "../io/file.hpp"
 #include "../io/filter_file.hpp"
+#include "../io/general_filter_file.hpp"
 #include "commands.hpp"
+#include "filter_general.hpp"
 #include "filter_output.hpp"
 #include "filter_run.hpp"
 
@@ -29,6 +31,13 @@ FilterReport load_report(const std::string& file) {
 int run_design(const FilterOptions& options) {
   const FilterReport report = load_report(options.design);
   std::cout << (options.json ? io::dump(filter_report_json(report)) : filter_report_text(report));
+  return kSolved;
+}
+
+int run_general(const FilterOptions& options) {
+  const io::Document document = io::Document::load(options.design);
+  const io::GeneralFilterFile file = io::read_general_filter(document);
+  std::cout << io::dump(general_filter_json(file, io::make_general_method(document, file)));
   return kSolved;
 }
 
@@ -75,6 +84,13 @@ void add_filter_command(CLI::App& app, Action& action) {
   design->add_flag("--json", options->json, "print the result as JSON");
   design->footer(io::filter_file_help());
   design->callback([options, &action] { action = [options] { return run_design(*options); }; });
+
+  CLI::App* general =
+      command->add_subcommand("general", "solve the general method for matrices A and B or S; prints JSON");
+  general->add_option("SPEC", options->design, "matrices file, .toml or .json")->required();
+  general->add_flag("--json", options->json, "accepted for likeness: the result is always JSON");
+  general->footer(io::general_filter_help());
+  general->callback([options, &action] { action = [options] { return run_general(*options); }; });
 
   CLI::App* run = command->add_subcommand("run", "filter a table of coordinates");
   run->add_option("SPEC", options->design, "design file, .toml or .json")->required();

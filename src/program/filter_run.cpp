@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "filter_run.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -176,6 +177,9 @@ std::vector<FilteredColumn> run_filter(const FilterReport& report, const io::Csv
   for (std::size_t column = 0; column < table.header.size(); ++column) {
     if (column == time_column) {
       continue;
+    }
+    if (std::count(table.header.begin(), table.header.end(), table.header[column]) > 1) {
+      throw Error({table.file, "two columns '" + table.header[column] + "'", "columns of different names"});
     }
     FilteredColumn result{.name = table.header[column], .estimates = {}, .innovations = {}, .use = {}};
     Stepper step = make_stepper(report);

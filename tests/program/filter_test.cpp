@@ -3,6 +3,7 @@
 #include <cmath>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -96,11 +97,50 @@ TEST_F(FilterProgram, BadDesignsAreRefused) {
        {std::string(), std::string("order = 2\nrows = 3\nsampling_s = 1\ngains = [1, 1, 1]\n"),
         std::string("order = 2\nsampling_s = 0\ngains = [0.5, 0.3]\n"),
         std::string("order = 1\nsampling_s = 1\na = [[0.5]]\nb = [[0.5]]\n"),
-        std::string("order = 2\nsampling_s = 1\nrule = {name = \"unheard of\"}\n")}) {
+        std::string("order = 2\nsampling_s = 1\nrule = {name = \"unheard of\"}\n"),
+        std::string("order = 2\nsampling_s = 1\nrule = {name = \"kalman\", measurement_std = 1, "
+                    "process_noise = [[1, 2], [2, 1]]}\n")}) {
     const ProgramRun result = design(spec);
     EXPECT_EQ(result.exit_code, 2) << spec;
     EXPECT_EQ(result.output, "") << spec;
     EXPECT_NE(result.errors.find("spec.toml"), std::string::npos) << result.errors;
+  }
+}
+
+TEST_F(FilterProgram, GeneralMethodTellsBothClosures) {
+  // A = I - q Phi, S = diag(1 - alpha, 1 - beta): the alpha-beta filter by its scalar closure, poles
+  // 1 - alpha and 1 - beta by the vector closure.
+  const std::string a = "order = 2\nsampling_s = 0.5\nA = [[[1, -1], [0, -0.5]], [0, [1, -1]]]\n";
+  write("spec.toml", a + "S = [[0.5, 0], [0, 0.7]]\nsamples = 6\n");
+  const ProgramRun result = run("filter general spec.toml --json");
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const Json json = result.json();
+  const auto expect_list = [](const Json& list, const std::vector<double>& expected) {
+    ASSERT_EQ(list.size(), expected.size()) << list.dump();
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+      EXPECT_NEAR(list[i].get<double>(), expected[i], 1e-12) << list.dump();
+    }
+  };
+  expect_list(json["scalar"]["denominator"], {1.0, -1.2, 0.5});
+  expect_list(json["scalar"]["numerators"][0], {0.5, -0.2});
+  expect_list(json["scalar"]["numerators"][1], {0.6, -0.6});
+  EXPECT_TRUE(json["scalar"]["stable"].get<bool>());
+  expect_list(json["vector"]["denominator"], {1.0, -1.2, 0.35});
+  EXPECT_EQ(json["vector"]["impulse"][0].size(), 6U);
+  EXPECT_EQ(json["C"].size(), 2U);
+
+  for (const auto& [spec, words] : std::vector<std::pair<std::string, std::string>>{
+           {a, "exactly one of them"},
+           {a + "S = [[0.5]]\n", "spec.toml:4: S: found 1 rows"},
+           {a + "B = [[1, 0], [0, 1]]\n", "spec.toml:4: B: found a relative residual"},
+           {a + "S = [[0.5, 0], [0, nan]]\n", "spec.toml:4: S[1][1]: found nan"},
+           {"order = 2\nsampling_s = 1\nA = [[1, 0], [0, 1]]\nS = [[0, 0], [0, 0]]\n", "spec.toml:3: A"},
+           {"order = 1\nsampling_s = 1\nA = [[1, 0], [0, 1]]\nS = [[0, 0], [0, 0]]\n", "k <= v"}}) {
+    write("spec.toml", spec);
+    const ProgramRun refused = run("filter general spec.toml");
+    EXPECT_EQ(refused.exit_code, 2) << spec;
+    EXPECT_EQ(refused.output, "") << spec;
+    EXPECT_NE(refused.errors.find(words), std::string::npos) << refused.errors;
   }
 }
 
@@ -134,6 +174,7 @@ TEST_F(FilterProgram, RunNamesTheLineOfBadData) {
   EXPECT_NE(filtered(spec, "t_s,x\n0,1\n0,2\n", 2).find("data.csv:3"), std::string::npos);
   EXPECT_NE(filtered(spec, "t_s,x\n0,nan\n", 2).find("data.csv:2"), std::string::npos);
   EXPECT_NE(filtered(spec, "t_s\n0\n", 2).find("column"), std::string::npos);
+  EXPECT_NE(filtered(spec, "t_s,x,x\n0,1,2\n", 2).find("two columns 'x'"), std::string::npos);
   EXPECT_NE(filtered(spec, "t_s,x\n", 2).find("data.csv"), std::string::npos);
   EXPECT_NE(filtered("order = 2\nsampling_s = 0.5\ngains = [0.5, 3.5]\n", "t_s,x\n0,1\n", 2).find("unstable"),
             std::string::npos);
