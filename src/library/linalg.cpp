@@ -3,6 +3,7 @@
 #include "trammel/linalg/eigenvalues.hpp"
 #include "trammel/linalg/lu.hpp"
 #include "trammel/linalg/qr.hpp"
+#include "trammel/linalg/stacked_triangle_impl.hpp"
 #include "trammel/linalg/svd.hpp"
 #include "trammel/linalg/symmetric_eigen.hpp"
 

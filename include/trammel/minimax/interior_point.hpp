@@ -57,7 +57,7 @@ class InteriorPoint {
   void move(const Eigen::MatrixXd& base_factor);
   [[nodiscard]] bool certify();
   void sum_bounds();
-  void set_multipliers(const Eigen::VectorXd& wanted);
+  void set_multipliers();
   [[nodiscard]] bool inequality_holds(double inflation);
   void best_effort_certificate();
   void keep_lower();
@@ -77,7 +77,7 @@ class InteriorPoint {
   bool predicted_ = false;  // the last step was a prediction that newton_step() has not judged yet
   bool stuck_ = false;
   int final_steps_ = 0;
-  Eigen::VectorXd slack_, saved_slack_, candidate_slack_, saved_dt_, multipliers_, weight_;
+  Eigen::VectorXd slack_, saved_slack_, candidate_slack_, saved_dt_, multipliers_, wanted_, weight_;
   Eigen::VectorXd barrier_, saved_barrier_, saved_y_, rho_;
   Eigen::VectorXd y_centre_, y_tangent_, dt_centre_, dt_tangent_, row_weight_;
   Eigen::MatrixXd residual_, centre_, tangent_, saved_centre_, triangle_, weighted_, bound_sum_,

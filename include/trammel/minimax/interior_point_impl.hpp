@@ -25,8 +25,8 @@ TRAMMEL_INLINE InteriorPoint::InteriorPoint(const ReducedProblem& problem, const
   const Eigen::Index q = problem.size();
   const auto s = static_cast<Eigen::Index>(problem.ellipsoids());
   for (Eigen::VectorXd* vector :
-       {&slack_, &saved_slack_, &candidate_slack_, &saved_dt_, &multipliers_, &barrier_, &saved_barrier_,
-        &saved_y_, &rho_, &weight_, &y_centre_, &y_tangent_, &dt_centre_, &dt_tangent_}) {
+       {&slack_, &saved_slack_, &candidate_slack_, &saved_dt_, &multipliers_, &wanted_, &barrier_,
+        &saved_barrier_, &saved_y_, &rho_, &weight_, &y_centre_, &y_tangent_, &dt_centre_, &dt_tangent_}) {
     vector->setZero(s);
   }
   for (Eigen::MatrixXd* matrix : {&residual_, &centre_, &tangent_, &saved_centre_, &triangle_, &bound_sum_,
@@ -256,7 +256,8 @@ TRAMMEL_INLINE void InteriorPoint::apply_prediction(double shrink) {
   std::swap(state_, candidate_);
   slack_.swap(candidate_slack_);
   mu_ = saved_mu_ * shrink;
-  set_multipliers(shrink * saved_barrier_ + y_centre_ + (1.0 - shrink) * y_tangent_);
+  wanted_ = shrink * saved_barrier_ + y_centre_ + (1.0 - shrink) * y_tangent_;
+  set_multipliers();
   used_shrink_ = shrink;
   predicted_ = shrink < 1.0;
 }
@@ -294,15 +295,16 @@ TRAMMEL_INLINE void InteriorPoint::correct() {
   }
   std::swap(state_, candidate_);
   slack_.swap(candidate_slack_);
-  set_multipliers(multipliers_ + length * (barrier_ + y_centre_ - multipliers_));
+  wanted_ = multipliers_ + length * (barrier_ + y_centre_ - multipliers_);
+  set_multipliers();
 }
 
-/// Takes Newton's multipliers; one that would not be positive becomes mu / t.
-TRAMMEL_INLINE void InteriorPoint::set_multipliers(const Eigen::VectorXd& wanted) {
+/// Takes Newton's multipliers from `wanted_`; one that would not be positive becomes mu / t.
+TRAMMEL_INLINE void InteriorPoint::set_multipliers() {
   constexpr double kLeast = 0.1;  // of mu / t
   for (Eigen::Index l = 0; l < slack_.size(); ++l) {
     const double barrier = mu_ / slack_[l];
-    multipliers_[l] = wanted[l] > kLeast * barrier ? wanted[l] : barrier;
+    multipliers_[l] = wanted_[l] > kLeast * barrier ? wanted_[l] : barrier;
   }
 }
 

@@ -45,6 +45,7 @@ class MultiplierNewton {
       v->setZero(slack_size());
     }
     root_.resize(p);
+    aim_.resize(slack_size());
     row_weight_.resize(rows_.rows());
     weighted_.resizeLike(rows_);
     work_.resize(p, p);
@@ -152,11 +153,10 @@ class MultiplierNewton {
   }
 
   void direction(double target, double second_order, Eigen::VectorXd& d_lambda, Eigen::VectorXd& d_slack) {
-    const Eigen::VectorXd aim =
-        (target - second_order * d_lambda_2_.array() * d_slack_2_.array()) / lambda_.array();
-    d_lambda = aim - gradient_;
+    aim_ = (target - second_order * d_lambda_2_.array() * d_slack_2_.array()) / lambda_.array();
+    d_lambda = aim_ - gradient_;
     factor_.solveInPlace(d_lambda);
-    d_slack = aim - slack_ - slack_.cwiseProduct(d_lambda).cwiseQuotient(lambda_);
+    d_slack = aim_ - slack_ - slack_.cwiseProduct(d_lambda).cwiseQuotient(lambda_);
   }
 
   static double longest(const Eigen::VectorXd& x, const Eigen::VectorXd& dx) {
@@ -197,11 +197,11 @@ class MultiplierNewton {
 
   const ReducedProblem& problem_;
   Eigen::MatrixXd inverse_, whitened_, R_, rows_, e_, weighted_, work_, prior_;
-  linalg::SymmetricEigen eigen_;
+  linalg::RepeatedSymmetricEigen eigen_;
   Eigen::MatrixXd hessian_;
   linalg::Cholesky factor_;
   Eigen::MatrixXd storage_;
-  Eigen::VectorXd information_use_, use_, lambda_, slack_, gradient_, root_, row_weight_;
+  Eigen::VectorXd information_use_, use_, lambda_, slack_, gradient_, root_, row_weight_, aim_;
   Eigen::VectorXd d_lambda_, d_slack_, d_lambda_2_, d_slack_2_;
   double gauss_markov_ = 0.0;
   double value_ = 0.0;

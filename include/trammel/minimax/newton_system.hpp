@@ -86,7 +86,7 @@ class NewtonSystem {
   Eigen::MatrixXd gram_, chunk_, dense_;
   Eigen::VectorXd weight_, root_, row_weight_, rho_, y_direction_, y_z_, score_, packed_;
   Eigen::VectorXi order_;
-  linalg::SymmetricEigen eigen_;
+  linalg::RepeatedSymmetricEigen eigen_;
   linalg::Cholesky woodbury_;
 };
 

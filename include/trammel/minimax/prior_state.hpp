@@ -6,8 +6,7 @@
 #include <Eigen/Core>
 
 #include "trammel/core/config.hpp"
-#include "trammel/linalg/cholesky.hpp"
-#include "trammel/linalg/qr.hpp"
+#include "trammel/linalg/stacked_triangle.hpp"
 #include "trammel/minimax/reduction.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::minimax {
@@ -45,13 +44,11 @@ class PriorState {
 
  private:
   Eigen::MatrixXd design_;     // F L, n_F x q
-  Eigen::MatrixXd stacked_;    // [F L; I]
-  Eigen::MatrixXd triangle_;   // R
   Eigen::MatrixXd inverse_;    // R^-1
   Eigen::MatrixXd criterion_;  // C L R^-1, r x q
   Eigen::MatrixXd damped_;     // C L M^-1, r x q
   Eigen::MatrixXd estimate_;   // C L M^-1 L'F', r x n_F
-  linalg::Qr qr_;
+  linalg::StackedTriangle stacked_;
 };
 
 /// sum of squares of the rows of each ellipsoid.

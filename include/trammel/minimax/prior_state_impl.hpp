@@ -22,23 +22,17 @@ TRAMMEL_INLINE PriorState::PriorState(const ReducedProblem& problem)
       bounds(problem.bounds.rows(), problem.size()),
       use(static_cast<Eigen::Index>(problem.ellipsoids())),
       design_(problem.information.rows(), problem.size()),
-      stacked_(problem.information.rows() + problem.size(), problem.size()),
-      triangle_(problem.size(), problem.size()),
       inverse_(problem.size(), problem.size()),
       criterion_(problem.criterion.rows(), problem.size()),
       damped_(problem.criterion.rows(), problem.size()),
       estimate_(problem.criterion.rows(), problem.information.rows()),
-      qr_(problem.information.rows() + problem.size(), problem.size()) {}
+      stacked_(problem.information.rows(), problem.size()) {}
 
 TRAMMEL_INLINE void PriorState::update(const ReducedProblem& problem) {
-  const Eigen::Index q = problem.size();
   design_.noalias() = problem.information * factor;
-  stacked_.topRows(design_.rows()) = design_;
-  stacked_.bottomRows(q).setIdentity();
-  qr_.compute(stacked_);
+  stacked_.compute(design_);
   inverse_.setIdentity();
-  triangle_ = qr_.matrixQR().topRows(q);
-  triangle_.triangularView<Eigen::Upper>().solveInPlace(inverse_);
+  stacked_.triangle().solveInPlace(inverse_);
 
   criterion_.noalias() = problem.criterion * factor;
   damped_.noalias() = criterion_ * inverse_.triangularView<Eigen::Upper>();

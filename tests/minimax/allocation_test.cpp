@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// The iteration loops of the structured solver take no memory from the heap: this program counts every call
+// of malloc.
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "trammel/minimax/solve.hpp"
+#include "trammel/problem/assemble.hpp"
+#include "trammel/problem/zoo.hpp"
+
+namespace {
+std::atomic<long> allocations{0};
+}  // namespace
+
+// glibc's own names behind malloc and its relatives; free stays as it is.
+extern "C" {
+void* __libc_malloc(std::size_t size);
+void* __libc_calloc(std::size_t count, std::size_t size);
+void* __libc_realloc(void* block, std::size_t size);
+void* __libc_memalign(std::size_t alignment, std::size_t size);
+
+void* malloc(std::size_t size) {
+  ++allocations;
+  return __libc_malloc(size);
+}
+void* calloc(std::size_t count, std::size_t size) {
+  ++allocations;
+  return __libc_calloc(count, size);
+}
+void* realloc(void* block, std::size_t size) {
+  ++allocations;
+  return __libc_realloc(block, size);
+}
+void* aligned_alloc(std::size_t alignment, std::size_t size) {
+  ++allocations;
+  return __libc_memalign(alignment, size);
+}
+}
+
+namespace {
+
+/// Calls of malloc between one report of progress and the next.
+std::vector<long> allocations_per_iteration(const trammel::GuaranteedProblem& problem) {
+  std::vector<long> counts;
+  counts.reserve(1000);
+  long last = -1;
+  const auto solution = trammel::minimax::solve(problem, {}, [&](const trammel::Progress&) {
+    const long now = allocations.load();
+    if (last >= 0) {
+      counts.push_back(now - last);
+    }
+    last = now;
+  });
+  EXPECT_EQ(solution.status, trammel::SolveStatus::kOptimal);
+  return counts;
+}
+
+TEST(Allocation, TheCounterCounts) {
+  const long before = allocations.load();
+  const std::vector<double> block(1000, 1.0);
+  EXPECT_EQ(block.back(), 1.0);
+  EXPECT_GE(allocations.load(), before + 1);
+}
+
+TEST(Allocation, IterationsTakeNone) {
+  for (const auto& instance :
+       {trammel::zoo::manoeuvre_noisy(), trammel::zoo::r20(), trammel::zoo::r40_noisy()}) {
+    const std::vector<long> counts = allocations_per_iteration(trammel::assemble(instance.scenario).problem);
+    ASSERT_GE(counts.size(), 10U);
+    // Once, where Newton's method in the multipliers hands over to the interior point, memory is taken.
+    EXPECT_GE(std::count(counts.begin(), counts.end(), 0L), static_cast<long>(counts.size()) - 1)
+        << instance.name;
+  }
+}
+
+}  // namespace
