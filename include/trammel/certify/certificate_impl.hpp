@@ -251,7 +251,7 @@ inline void prove_upper(const Workspace& work, const CandidatePoint& point, cons
   certificate.multipliers = multipliers;
   if (inflation > 0.0) {
     for (double& value : certificate.multipliers) {
-      value = round_up(value + round_up(inflation * value + round_up(inflation * step)));
+      value = round_up(value + round_up(round_up(inflation * value) + round_up(inflation * step)));
     }
   }
   certificate.envelope = envelope.rows;

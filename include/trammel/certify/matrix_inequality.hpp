@@ -29,9 +29,9 @@ class MatrixInequality {
   /// True only if it is proved as it stands.
   [[nodiscard]] bool holds() const;
 
-  /// Smallest t among 0 and the powers of two from 2^-50 to 2^24 found by bisection for which the inequality
-  /// is proved with the multipliers lambda (1 + t) + t step; those of the first `growing` rows grow by
-  /// `step`, all by the factor. NaN if it is not proved for the largest.
+  /// Smallest t among 0 and the powers of two from 2^-50 to 2^24 found by bisection (to a sixteenth of it
+  /// from 2^-36 on) for which the inequality is proved with the multipliers lambda (1 + t) + t step; those of
+  /// the first `growing` rows grow by `step`, all by the factor. NaN if it is not proved for the largest.
   [[nodiscard]] double find_inflation(double step, Eigen::Index growing) const;
 
  private:

@@ -17,6 +17,9 @@ namespace inequality_detail {
 inline constexpr int kSmallestInflation = -50;
 /// ... to this one; a point that needs more is no approximate solution of the problem.
 inline constexpr int kLargestInflation = 24;
+/// From this exponent on an inflation is worth halving its interval this many times more.
+inline constexpr int kCoarseInflation = -36;
+inline constexpr int kRefinements = 4;
 
 }  // namespace inequality_detail
 
@@ -51,8 +54,7 @@ TRAMMEL_INLINE double MatrixInequality::find_inflation(double step, Eigen::Index
   const Eigen::MatrixXd growth_radius = (step * (sum + sum.transpose()) + bound_form_.radius +
                                          0x1p-50 * (growth.cwiseAbs() + bound_form_.hi.cwiseAbs()) +
                                          0x1p-50 * step * sizes.transpose() * sizes);
-  const auto holds_at = [&](int exponent) {
-    const double t = std::ldexp(1.0, exponent);
+  const auto holds_at = [&](double t) {
     const Eigen::MatrixXd total = base_ + t * growth;
     const Eigen::MatrixXd radius =
         (1.0 + 0x1p-50) * (base_radius_ + t * growth_radius) + 0x1p-52 * total.cwiseAbs();
@@ -60,14 +62,22 @@ TRAMMEL_INLINE double MatrixInequality::find_inflation(double step, Eigen::Index
   };
   int fails = inequality_detail::kSmallestInflation - 1;
   int holds = inequality_detail::kLargestInflation;
-  if (!holds_at(holds)) {
+  if (!holds_at(std::ldexp(1.0, holds))) {
     return std::numeric_limits<double>::quiet_NaN();
   }
   while (holds - fails > 1) {
     const int middle = fails + (holds - fails) / 2;
-    (holds_at(middle) ? holds : fails) = middle;
+    (holds_at(std::ldexp(1.0, middle)) ? holds : fails) = middle;
   }
-  return std::ldexp(1.0, holds);
+  double inflation = std::ldexp(1.0, holds);
+  if (holds >= inequality_detail::kCoarseInflation) {
+    double too_small = inflation / 2.0;
+    for (int round = 0; round < inequality_detail::kRefinements; ++round) {
+      const double middle = (too_small + inflation) / 2.0;
+      (holds_at(middle) ? inflation : too_small) = middle;
+    }
+  }
+  return inflation;
 }
 
 }  // namespace trammel::inline TRAMMEL_ABI::certify

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -72,10 +73,10 @@ inline void accumulate(const PackedRows& left, const double* right_hi, const dou
       hi[r] = partial.hi;
       double low = term.lo;
       if constexpr (kLeftLow) {
-        low += left.lo[t][r] * b;
+        low = std::fma(left.lo[t][r], b, low);
       }
       if constexpr (kRightLow) {
-        low += a[r] * b_lo;
+        low = std::fma(a[r], b_lo, low);
       }
       lo[r] += partial.lo + low;
     }
