@@ -110,7 +110,7 @@ void add(CLI::App& app, Action& action, bool design_only) {
   command->add_flag("--json", options->json, "print result.json to the standard output");
   CLI::Option* const bounds_only = command->add_flag(
       "--bounds-only", options->bounds_only,
-      "neither the worst admissible motion nor the bound over all estimators (saves about the solve time)");
+      "neither the worst admissible motion nor the bound over all estimators (saves some seconds)");
   command
       ->add_flag("--monte-carlo", options->monte_carlo,
                  "sharpen the bound over all estimators by Monte Carlo (99.9 % confidence; up to a minute)")

@@ -29,7 +29,7 @@ struct EstimateSettings {
   /// among them.
   double output_step_s = 0.0;
   /// Search for the worst admissible motion and the bound over all estimators; absent: neither. Leave out
-  /// where many scenarios are compared: it takes about as long as the solution.
+  /// where many scenarios are compared: it takes longer than the solution itself.
   std::optional<certify::NearOptimalitySettings> near_optimality = certify::NearOptimalitySettings{};
 };
 
