@@ -207,8 +207,8 @@ PathSamples read_path(const std::filesystem::path& file, double begin_s, double 
   const CsvTable table = read_csv(file);
   const std::array<std::size_t, 4> columns{table.column("t_s"), table.column("x_m"), table.column("y_m"),
                                            table.column("z_m")};
-  constexpr std::array<std::string_view, 8> kKnown{"t_s",    "x_m",    "y_m",    "z_m",
-                                                   "vx_mps", "vy_mps", "vz_mps", "guaranteed_rms_m"};
+  constexpr std::array<std::string_view, 10> kKnown{
+      "t_s", "x_m", "y_m", "z_m", "vx_mps", "vy_mps", "vz_mps", "guaranteed_rms_m", "u1_mps", "u2_mps"};
   for (const std::string& name : table.header) {
     if (std::find(kKnown.begin(), kKnown.end(), name) == kKnown.end()) {
       throw Error({table.file, "an unknown column '" + name + "'", "t_s,x_m,y_m,z_m"});

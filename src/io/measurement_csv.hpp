@@ -32,8 +32,8 @@ struct PathSamples {
   std::vector<Eigen::Vector3d> positions_m;
 };
 
-/// Reads `t_s,x_m,y_m,z_m`; the further columns of a trajectory.csv are allowed and left out. Throws Error
-/// unless times increase and reach from `begin_s` to `end_s`.
+/// Reads `t_s,x_m,y_m,z_m`; the further columns of a trajectory.csv and of the path.csv of `observer plan`
+/// are allowed and left out. Throws Error unless times increase and reach from `begin_s` to `end_s`.
 [[nodiscard]] PathSamples read_path(const std::filesystem::path& file, double begin_s, double end_s);
 
 /// Throws Error unless `t_s` is within the scenario's knots.

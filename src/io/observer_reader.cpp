@@ -102,6 +102,10 @@ observer::Candidate read_candidate(const Document& document, const Node& node, C
   const Scenario& scenario = input.base.scenario;
   observer::Candidate candidate;
   candidate.name = node.at("name").text();
+  if (std::any_of(input.candidates.begin(), input.candidates.end(),
+                  [&](const observer::Candidate& other) { return other.name == candidate.name; })) {
+    node.at("name").fail("\"" + candidate.name + "\" a second time", "a name of its own for every candidate");
+  }
   const std::size_t station = station_index(scenario, node.at("station"));
   if (node.has("position_m") == node.has("path")) {
     node.fail(node.has("path") ? "both position_m and path" : "neither position_m nor path", "one of them");

@@ -20,6 +20,7 @@ constexpr std::array<std::string_view, 5> kMethodNames{"full_residual_lscr", "pa
                                                        "self_normalised"};
 constexpr int kMaxOrder = 1000;
 constexpr int kMaxCount = 100000000;
+constexpr int kMaxMembers = 100000;  // each string is compared with all before it
 
 int bounded_integer(const Node& node, int least, int most) {
   const std::int64_t value = node.integer();
@@ -146,8 +147,9 @@ void read_filter(const Node& method, RegionSpec& spec) {
   }
   if (spec.filter.kind == Kind::kFir) {
     spec.filter.taps = method.at("filter_taps").numbers();
-    if (spec.filter.taps.empty()) {
-      method.at("filter_taps").fail("no number", "at least one");
+    const auto& taps = spec.filter.taps;
+    if (std::all_of(taps.begin(), taps.end(), [](double tap) { return tap == 0.0; })) {
+      method.at("filter_taps").fail(taps.empty() ? "no number" : "only zeros", "at least one that is not 0");
     }
   }
 }
@@ -202,7 +204,7 @@ void read_method(const Node* method, RegionSpec& spec) {
       spec.method = static_cast<RegionMethod>(position(*node, kMethodNames));
     }
     if (const Node* node = method->find("M")) {
-      spec.members = bounded_integer(*node, 2, kMaxCount);
+      spec.members = bounded_integer(*node, 2, kMaxMembers);
     }
     if (const Node* node = method->find("channels")) {
       spec.channels = bounded_integer(*node, 1, kMaxOrder);

@@ -12,7 +12,9 @@
 #include "../io/observer_reader.hpp"
 #include "../report/observer_files.hpp"
 #include "commands.hpp"
+#include "in_file.hpp"
 #include "terminal_progress.hpp"
+#include "trammel/core/error.hpp"
 #include "trammel/observer/compare.hpp"
 #include "trammel/observer/monte_carlo.hpp"
 #include "trammel/observer/plan_limits.hpp"
@@ -47,7 +49,7 @@ void print(const ObserverOptions& options, const io::Json& json, const std::stri
 
 int run_plan(const ObserverOptions& options) {
   const io::ObserverInput input = io::read_observer(options.file, io::ObserverUse::kPlan);
-  const observer::LimitedPlan plan = planned(input);
+  const observer::LimitedPlan plan = in_file(options.file, [&] { return planned(input); });
   const io::Json json = report::plan_json(input, plan);
   if (!options.folder.empty()) {
     const std::filesystem::path folder(options.folder);
@@ -65,6 +67,7 @@ int run_simulate(const ObserverOptions& options) {
     io::create_folder(options.folder);  // before the work, so that a wrong folder does not waste it
   }
   const observer::FlightLoop loop(input.problem, input.flight);
+  require(options.runs >= 1, "--runs", std::to_string(options.runs), "at least 1");
   observer::MonteCarloSettings settings;
   settings.runs = options.runs;
   settings.seed = options.seed;
@@ -73,7 +76,7 @@ int run_simulate(const ObserverOptions& options) {
   observer::MonteCarloResult result;
   {
     TerminalProgress progress;
-    result = observer::simulate(loop, settings, progress.observer());
+    result = in_file(options.file, [&] { return observer::simulate(loop, settings, progress.observer()); });
   }
   const report::SimulationReport simulation{input, loop, settings, result};
   const io::Json json = report::simulation_json(simulation);
@@ -92,7 +95,9 @@ int run_compare(const ObserverOptions& options) {
   observer::Comparison comparison;
   {
     TerminalProgress progress;
-    comparison = observer::compare(input.candidates, input.base.settings, progress.observer());
+    comparison = in_file(options.file, [&] {
+      return observer::compare(input.candidates, input.base.settings, progress.observer());
+    });
   }
   const io::Json json = report::comparison_json(input, comparison);
   if (!options.folder.empty()) {

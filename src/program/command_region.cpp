@@ -14,6 +14,7 @@
 #include "../io/json_output.hpp"
 #include "../io/region_spec.hpp"
 #include "commands.hpp"
+#include "in_file.hpp"
 #include "region_result.hpp"
 #include "terminal_progress.hpp"
 #include "trammel/core/error.hpp"
@@ -48,12 +49,24 @@ io::Json file_json(const std::string& file) {
           {"sha256", io::sha256(io::read_text(file))}};
 }
 
+/// More distinct strings than probes have subsets cannot be drawn.
+void require_enough_probes(const std::string& file, const io::RegionSpec& spec, Eigen::Index probes) {
+  constexpr Eigen::Index kMostBits = 30;
+  const bool distinct =
+      spec.method == io::RegionMethod::kFullResidual || spec.method == io::RegionMethod::kPaper;
+  require(
+      !distinct || probes > kMostBits || spec.members <= (1 << probes), file + ": method.M",
+      std::to_string(spec.members),
+      "at most 2^" + std::to_string(probes) + ", as the record has " + std::to_string(probes) + " probes");
+}
+
 int run_region(const RegionOptions& options) {
   require(!options.spec.empty() && !options.data.empty(), "trammel region", "no file",
           "a region file and a data file (or the sub-command simulate)");
   const io::RegionSpec spec = io::read_region_spec(options.spec);
   const region::ProbedRecord record = io::read_probed_record(options.data, spec);
-  io::Json result = region_result(spec, record);
+  require_enough_probes(options.spec, spec, record.probe.size());
+  io::Json result = in_file(options.spec, [&] { return region_result(spec, record); });
   result["inputs"] = io::Json::array({file_json(options.spec), file_json(options.data)});
   result["library_version"] = kVersion;
   if (!options.picture.empty()) {
@@ -85,8 +98,8 @@ int run_coverage(const io::RegionSpec& spec, const RegionSimulateOptions& option
                               : std::max(1, region::excluded_for_joint_level(level, spec.members));
   settings.delta = (1.0 - level) / spec.period;
   TerminalProgress progress;
-  const region::CoverageCounts counts =
-      region::study_coverage(spec.experiment(), settings, progress.observer());
+  const region::CoverageCounts counts = in_file(
+      options.spec, [&] { return region::study_coverage(spec.experiment(), settings, progress.observer()); });
   io::Json result;
   result["runs"] = counts.runs;
   result["M"] = settings.members;
@@ -121,12 +134,15 @@ int run_coverage(const io::RegionSpec& spec, const RegionSimulateOptions& option
 int run_simulate(const RegionSimulateOptions& options) {
   const io::RegionSpec spec = io::read_region_spec(options.spec);
   require(options.runs >= 0, "--runs", std::to_string(options.runs), "at least 0");
+  require(options.threads >= 1, "--threads", std::to_string(options.threads), "at least 1");
   if (options.runs > 0) {
     return run_coverage(spec, options);
   }
-  region::LoopSimulator simulator(spec.experiment());
   region::ProbedRecord record;
-  simulator.simulate(options.seed, options.run, record);
+  in_file(options.spec, [&] {
+    region::LoopSimulator simulator(spec.experiment());
+    simulator.simulate(options.seed, options.run, record);
+  });
   const std::string text = io::format_probed_record(record);
   if (options.output.empty()) {
     std::cout << text << std::flush;

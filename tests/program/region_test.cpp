@@ -159,6 +159,9 @@ TEST_F(RegionProgram, BadSpecifications) {
   EXPECT_NE(rejected(example("level = nan"), data).find("method.level"), std::string::npos);
   EXPECT_NE(rejected(example("M = 10\nlevel = 0.99"), data).find("larger M"), std::string::npos);
   EXPECT_NE(rejected(example("filter = \"fir\""), data).find("filter_taps"), std::string::npos);
+  EXPECT_NE(rejected(example("filter = \"fir\"\nfilter_taps = [0, 0]"), data).find("only zeros"),
+            std::string::npos);
+  EXPECT_NE(rejected(example("M = 1000000"), data).find("method.M"), std::string::npos);
   EXPECT_NE(rejected(example("", "[truth]\na1 = 1\n"), data).find("truth"), std::string::npos);
   EXPECT_NE(rejected(example("", "[truth]\na1 = 1\nb3 = 1\n"), data).find("b3"), std::string::npos);
   EXPECT_NE(rejected(example("", "[probe]\nperiod = 0\n"), data).find("probe.period"), std::string::npos);
@@ -183,7 +186,9 @@ TEST_F(RegionProgram, BadData) {
   EXPECT_NE(rejected(spec, "t,u,y,probe\n-1,1,,1\n0,0,,\n1,0,1,1\n").find("data.csv:3"), std::string::npos);
   EXPECT_NE(rejected(spec, "t,u,y,probe\n0,1,1,\n1,0,1,1\n2,0,1,\n3,0,1,1\n").find("first probe"),
             std::string::npos);
-  EXPECT_NE(rejected(spec, "t,u,y,probe\n-1,1,,1\n0,0,1,\n1,0,1,1\n").find("strings"), std::string::npos);
+  EXPECT_NE(rejected(spec, "t,u,y,probe\n-1,1,,1\n0,0,1,\n1,0,1,1\n")
+                .find("spec.toml: method.M: found 4, expected at most 2^1"),
+            std::string::npos);
   EXPECT_EQ(run("region spec.toml").exit_code, 2);
   EXPECT_EQ(run("region missing.toml data.csv").exit_code, 2);
 }

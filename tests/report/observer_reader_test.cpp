@@ -139,7 +139,8 @@ io::CompareInput read_comparison(const std::string& text,
 }
 
 TEST(ComparisonReader, SitesAndPaths) {
-  const io::CompareInput input = read_comparison(R"(
+  const io::CompareInput input =
+      read_comparison(R"(
 scenario = "flight.toml"
 [[candidate]]
 name = "near"
@@ -149,7 +150,9 @@ position_m = [500, -500, 0]
 name = "carried"
 station = "radar"
 path = "path.csv"
-)");
+)",
+                      // the columns of a path that observer plan wrote
+                      "t_s,x_m,y_m,z_m,u1_mps,u2_mps\n0,0,0,0,1,1\n60,9,9,9,1,1\n");
   ASSERT_EQ(input.candidates.size(), 2U);
   EXPECT_EQ(input.candidates[0].scenario.stations[0].position_m, Eigen::Vector3d(500, -500, 0));
   ASSERT_EQ(input.candidates[1].scenario.stations.size(), 13U);
@@ -179,6 +182,8 @@ TEST(ComparisonReader, SaysWhatIsWrong) {
   rejects(head + "station = \"radar\"\npath = \"path.csv\"\n", "path.csv",
           "t_s,x_m,y_m,z_m\n0,0,0,0\n30,9,9,9\n");
   rejects(head + "station = \"radar\"\nposition_m = [0, 0, 0]\nheight = 3\n", "height");
+  const std::string once = "station = \"radar\"\nposition_m = [0, 0, 0]\n";
+  rejects(head + once + "[[candidate]]\nname = \"a\"\n" + once, "a second time");
 }
 
 TEST(Comparison, TheBestSiteIsFoundAndProved) {
