@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <optional>
 
 #include <nlohmann/json.hpp>
 
 #include "filter_rules.hpp"
 #include "trammel/core/error.hpp"
+#include "trammel/filter/batch_bound.hpp"
 
 namespace trammel::io {
 
@@ -108,6 +110,22 @@ FilterSpecification read_specification(const Node& root, FilterFile& file) {
   return filter::from_gains(specification.order, specification.sampling_s, gains, mode);
 }
 
+/// With a bound, the batch estimate of a window that is long enough, where that takes about a second.
+void set_default_window(FilterFile& file) {
+  constexpr int kLargestOrder = 3;
+  constexpr int kMostSamples = 60;
+  const FilterSpecification& s = file.specification;
+  if (!file.bound || file.batch_samples || s.order > kLargestOrder) {
+    return;
+  }
+  const double index =
+      file.bound->derivative_bound * std::pow(s.sampling_s, s.order) / file.bound->measurement_std;
+  if (index > 0.0 && std::isfinite(index)) {
+    const int samples = filter::sufficient_samples(s.order, index);
+    file.batch_samples = samples <= kMostSamples ? std::optional(samples) : std::nullopt;
+  }
+}
+
 void read_run(const Node& run, FilterFile& file) {
   const auto not_negative = [](const Node& node) {
     const double value = node.number();
@@ -147,7 +165,9 @@ std::string filter_file_help() {
          rules_help() +
          "optional\n"
          "  bound = {derivative_bound = w, measurement_std = s}   |x^(v)| <= w: guaranteed errors\n"
-         "  batch = {samples = N}   with a bound: what any filter of the last N samples can reach\n"
+         "  batch = {samples = N}   with a bound: what any filter of the last N samples can reach; default "
+         "a\n"
+         "                          window that is long enough, up to order 3 and 60 samples\n"
          "  run = {gate = c, max_rejections = n, memory_s = tau}   for `filter run`\n";
 }
 
@@ -168,6 +188,7 @@ FilterFile read_filter_file(const Document& document) {
                   "bound = {derivative_bound, measurement_std}, or the rule \"guaranteed\" with them");
     }
   }
+  set_default_window(file);
   if (const Node* run = root.find("run")) {
     read_run(*run, file);
   }

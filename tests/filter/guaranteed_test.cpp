@@ -172,6 +172,20 @@ TEST(GuaranteedRule, WithinTheRatioOfTheBestLinearFilter) {
   }
 }
 
+TEST(BatchBound, SufficientSamplesAreEnough) {
+  for (const int order : {1, 2, 3}) {
+    for (const double index : {0.3, 1.0, 10.0}) {
+      const int samples = sufficient_samples(order, index);
+      const auto lower = [&](int count) {
+        return batch_bound({.order = order, .samples = count, .index = index, .output = {}}).lower;
+      };
+      EXPECT_NEAR(lower(samples) / lower(samples + 8), 1.0, 1e-6) << order << " " << index;
+    }
+  }
+  EXPECT_LE(sufficient_samples(2, 1e-300), 1000000000);
+  EXPECT_NE(error_of([] { (void)sufficient_samples(2, 0.0); }).find("index"), std::string::npos);
+}
+
 TEST(GuaranteedRule, OrdersOneAndThreeAgainstTheBatchEstimate) {
   for (const int order : {1, 3}) {
     for (const double index : {0.1, 1.0}) {

@@ -90,6 +90,14 @@ TEST_F(FilterProgram, GuaranteedRuleAndBatchEstimate) {
   const Json batch = json["guarantee"][0]["batch"];
   EXPECT_NEAR(batch["lower_mse"].get<double>(), 4 * 0.825, 1e-6);
   EXPECT_GE(batch["ratio"].get<double>(), 1.0);
+  // Without a window it is one that is long enough: 8 / 1 + 8 samples.
+  const ProgramRun plain = design(
+      "order = 2\nsampling_s = 0.5\n"
+      "rule = {name = \"guaranteed\", derivative_bound = 8, measurement_std = 2}\n");
+  ASSERT_EQ(plain.exit_code, 0) << plain.errors;
+  const Json chosen = plain.json()["guarantee"][0]["batch"];
+  EXPECT_EQ(chosen["samples"], 16);
+  EXPECT_NEAR(chosen["lower_mse"].get<double>(), 4 * 0.825, 1e-6);
 }
 
 TEST_F(FilterProgram, BadDesignsAreRefused) {

@@ -29,9 +29,13 @@ struct BatchWindow {
 /// Every linear filter that has seen these N samples only has a worst-case mean-square error, over
 /// piecewise constant and so also over arbitrary manoeuvres within the bound, of at least the `lower` of the
 /// solution, in sigma^2 (T^-2i for row i). A filter in steady state has seen more; the bound stops
-/// falling once N exceeds the memory that pays (some 8 / Lambda^(2/(2v+1)) samples), and holds for it then.
+/// falling once N exceeds the memory that pays (sufficient_samples), and holds for it then.
 /// Throws Error for fewer samples than the order or an index that is not positive.
 [[nodiscard]] GuaranteedProblem batch_problem(const BatchWindow& window);
+
+/// Number of samples of a window after which the bound falls no further worth mentioning:
+/// 8 / Lambda^(2/(2v+1)) + 4 v, rounded up; kept below 1e9.
+[[nodiscard]] int sufficient_samples(int order, double index);
 
 /// Solves batch_problem; upper and lower in sigma^2 (T^-2i for row i).
 [[nodiscard]] minimax::Solution batch_bound(const BatchWindow& window,

@@ -3,6 +3,7 @@
 /// Definitions of batch_bound.hpp.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -49,6 +50,14 @@ TRAMMEL_INLINE GuaranteedProblem batch_problem(const BatchWindow& window) {
     problem.ellipsoids.emplace_back(Eigen::RowVectorXd::Unit(order + intervals, order + j));
   }
   return problem;
+}
+
+TRAMMEL_INLINE int sufficient_samples(int order, double index) {
+  detail::require_order(order, order);
+  require(std::isfinite(index) && index > 0.0, "index", std::to_string(index), "a positive number");
+  constexpr double kMost = 1e9;
+  const double memory = 8.0 / std::pow(index, 2.0 / (2.0 * order + 1.0));
+  return static_cast<int>(std::min(std::ceil(memory) + 4.0 * order, kMost));
 }
 
 TRAMMEL_INLINE minimax::Solution batch_bound(const BatchWindow& window,
