@@ -346,4 +346,28 @@ TEST(Certificate, EntriesThatAreNotFiniteProveNothingAndWrongShapesAreErrors) {
   }
 }
 
+/// The bounds that apply() turns into a status.
+trammel::SolveStatus status_after(trammel::SolveStatus before, double gap, Claim claim) {
+  Certificate certificate;
+  certificate.claim = claim;
+  certificate.upper = 1.0;
+  certificate.lower = 1.0 - gap;
+  trammel::minimax::Solution solution;
+  solution.status = before;
+  trammel::certify::apply(certificate, {.relative_gap = 1e-8}, solution);
+  return solution.status;
+}
+
+TEST(Apply, StatusFollowsTheProvedInterval) {
+  using trammel::SolveStatus;
+  for (const SolveStatus before : {SolveStatus::kOptimal, SolveStatus::kNumericalTrouble}) {
+    EXPECT_EQ(status_after(before, 1e-9, Claim::kVerified), SolveStatus::kOptimal);
+    EXPECT_EQ(status_after(before, 3.9e-8, Claim::kVerified), SolveStatus::kOptimal);
+    EXPECT_EQ(status_after(before, 2e-6, Claim::kVerified), SolveStatus::kNumericalTrouble);
+    EXPECT_EQ(status_after(before, 3.9e-8, Claim::kApproximate), SolveStatus::kNumericalTrouble);
+    EXPECT_EQ(status_after(before, 0.0, Claim::kNone), SolveStatus::kNumericalTrouble);
+  }
+  EXPECT_EQ(status_after(SolveStatus::kIterationLimit, 1e-9, Claim::kVerified), SolveStatus::kIterationLimit);
+}
+
 }  // namespace

@@ -201,18 +201,18 @@ TEST(NearOptimality, ReachesTheTableForTheManoeuvres) {
 }
 
 TEST(NearOptimality, MonteCarloBoundAgreesWithTheTable) {
-  for (const Row& row : {table()[0], table()[1]}) {
+  for (const Row& row : {table()[0], table()[1], table()[2]}) {
     const auto assembled = trammel::assemble(row.instance.scenario);
     const minimax::Solution solution = minimax::solve(assembled.problem);
     const auto bound =
-        certify::palindromic_bound(assembled.problem, solution.prior_factor, {.samples = 3000});
+        certify::palindromic_bound(assembled.problem, solution.prior_factor, {.samples = 12000});
     ASSERT_TRUE(bound.has_value());
     RecordProperty(std::string(row.instance.name) + "_monte_carlo_m",
                    std::to_string(std::sqrt(bound->bound)));
     EXPECT_LE(std::sqrt(bound->bound), row.instance.optimum->upper_rms_m);
-    // Fewer samples than for the table: its value within this run's own confidence band.
-    EXPECT_GE(std::sqrt(bound->mean + 4.0 * bound->standard_error), 0.99 * row.monte_carlo_rms_m);
-    EXPECT_GE(std::sqrt(bound->bound), 0.93 * row.monte_carlo_rms_m);
+    // The table took up to twice as many samples; what that costs the confidence limit is below one per cent.
+    EXPECT_GE(std::sqrt(bound->bound), 0.99 * row.monte_carlo_rms_m) << row.instance.name;
+    EXPECT_GT(std::sqrt(bound->mean - 4.0 * bound->standard_error), 0.99 * row.monte_carlo_rms_m);
   }
 }
 

@@ -58,6 +58,18 @@ TEST(SolveCommand, PrintsTheCertifiedInterval) {
   EXPECT_EQ(json["inputs"][0]["name"], "problem.json");
 }
 
+TEST(SolveCommand, SaysWhatTheClaimIsAbout) {
+  const auto from_matrix = nlohmann::json::parse(run_solve(kOneParameter, "--json").output);
+  EXPECT_NE(from_matrix["claim_covers"].get<std::string>().find("computed in floating point"),
+            std::string::npos);
+  const auto from_factors = nlohmann::json::parse(
+      run_solve(
+          R"({"information_factor": [[2]], "criterion_factor": [[2]], "ellipsoids": [{"factor": [[1]]}]})",
+          "--json")
+          .output);
+  EXPECT_NE(from_factors["claim_covers"].get<std::string>().find("as given"), std::string::npos);
+}
+
 TEST(SolveCommand, TextIsForReading) {
   const Outcome outcome = run_solve(kOneParameter, "--near-optimality");
   EXPECT_EQ(outcome.exit_code, 0);

@@ -192,6 +192,37 @@ TEST(Estimate, SaysHowFarTheLinearModelHolds) {
   EXPECT_LT((observed.knot_position_m.row(7) - observed.path.position_m.bottomRows<1>()).norm(), 1e-9);
 }
 
+// Every method's answer is verified, attained, and compared with estimators of any kind.
+TEST(Estimate, SaysHowGoodTheGuaranteeIs) {
+  const zoo::Instance instance = zoo::manoeuvre();
+  for (const char* method : {"structured", "sdp", "conditional-gradient"}) {
+    estimate::EstimateSettings settings;
+    settings.method.method = minimax::method_of(method);
+    const TrajectoryEstimate result = estimate_trajectory(instance.scenario, settings);
+    EXPECT_EQ(result.solution.claim, Claim::kVerified) << method << ": " << result.certificate.remark;
+    EXPECT_GE(result.certificate.inflation, 0.0) << method;
+    EXPECT_EQ(result.solution.upper, result.certificate.upper) << method;
+    EXPECT_GE(result.guaranteed_rms_m * result.guaranteed_rms_m, result.certificate.upper) << method;
+    EXPECT_LE(result.lower_bound_rms_m * result.lower_bound_rms_m, result.certificate.lower) << method;
+    ASSERT_TRUE(result.near_optimality.has_value()) << method;
+    const certify::NearOptimality& near = *result.near_optimality;
+    EXPECT_NEAR(near.attained_fraction, 1.0, 1e-6) << method;
+    EXPECT_GE(std::sqrt(near.any_estimator), 0.995 * 139.1) << method;
+    EXPECT_LE(std::sqrt(near.any_estimator), result.lower_bound_rms_m) << method;
+    EXPECT_EQ(result.worst_case_theta.size(), 27) << method;
+  }
+}
+
+TEST(Estimate, WithoutNearOptimalityOnlyTheBounds) {
+  estimate::EstimateSettings settings;
+  settings.near_optimality.reset();
+  const TrajectoryEstimate result = estimate_trajectory(zoo::manoeuvre().scenario, settings);
+  EXPECT_EQ(result.solution.claim, Claim::kVerified);
+  EXPECT_FALSE(result.near_optimality.has_value());
+  EXPECT_EQ(result.worst_case_theta.size(), 0);
+  EXPECT_EQ(result.worst_case_motion.position_m.rows(), 0);
+}
+
 // The worst-case motion touches the bounds and none more.
 TEST(Estimate, WorstCaseMotionTouchesTheBounds) {
   const Scenario scenario = zoo::manoeuvre_noisy().scenario;

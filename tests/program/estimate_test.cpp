@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The commands estimate, design and simulate through the program itself.
 #include <chrono>
+#include <cmath>
 #include <string>
 #include <thread>
 
@@ -125,6 +126,41 @@ TEST(Estimate, WritesResultTrajectoryAndReport) {
   EXPECT_NE(io::read_text(folder.path() / "result/report.html").find("</html>"), std::string::npos);
   const io::Json design = run_program(folder, "design s.toml --json").json();
   EXPECT_EQ(design.at("guaranteed_rms_m"), json.at("guaranteed_rms_m"));
+}
+
+TEST(Estimate, SaysHowGoodItsGuaranteeIs) {
+  const test::TemporaryFolder folder;
+  (void)folder.write("s.toml", test::small_scenario());
+  const auto run = run_program(folder, "design s.toml --out result --monte-carlo");
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_NE(run.output.find("(verified)"), std::string::npos) << run.output;
+  EXPECT_NE(run.output.find("attained by an admissible motion"), std::string::npos) << run.output;
+  EXPECT_NE(run.output.find("worst_case.csv"), std::string::npos) << run.output;
+  const io::Json json = io::Json::parse(io::read_text(folder.path() / "result/result.json"));
+  EXPECT_EQ(json.at("claim"), "verified");
+  EXPECT_GE(json.at("inflation").get<double>(), 0.0);
+  EXPECT_NEAR(json.at("attained_fraction").get<double>(), 1.0, 1e-6);
+  const double guaranteed = json.at("guaranteed_rms_m");
+  const double proved = json.at("any_estimator_proved_rms_m");
+  EXPECT_GT(proved, 0.5 * guaranteed);
+  EXPECT_LE(proved, json.at("lower_bound_rms_m").get<double>());
+  EXPECT_GE(json.at("any_estimator_lower_bound_rms_m").get<double>(), proved);
+  EXPECT_LE(json.at("any_estimator_lower_bound_rms_m").get<double>(), guaranteed);
+  EXPECT_NE(json.at("any_estimator_bound_kind"), "none");
+  EXPECT_EQ(json.at("monte_carlo_confidence"), 0.999);
+  // The motion in the file is the one in the result: reference plus theta.
+  const auto worst = json.at("worst_case");
+  const io::CsvTable table = io::read_csv(folder.path() / "result" / worst.at("file").get<std::string>());
+  EXPECT_NEAR(table.number(0, table.column("x_m")), 1000.0 + worst.at("theta")[0].get<double>(), 1e-9);
+  EXPECT_NEAR(table.number(0, table.column("vz_mps")), 1.0 + worst.at("theta")[5].get<double>(), 1e-9);
+  EXPECT_LE(std::hypot(worst.at("theta")[0].get<double>(), worst.at("theta")[1].get<double>(),
+                       worst.at("theta")[2].get<double>()),
+            50.0 * (1.0 + 1e-9));
+  const auto quick = run_program(folder, "design s.toml --json --bounds-only");
+  EXPECT_EQ(quick.json().at("claim"), "verified");
+  EXPECT_TRUE(quick.json().at("attained_fraction").is_null());
+  EXPECT_FALSE(quick.json().contains("worst_case"));
+  EXPECT_EQ(run_program(folder, "design s.toml --bounds-only --monte-carlo").exit_code, 2);
 }
 
 TEST(Estimate, SummaryIsForPeople) {

@@ -40,6 +40,55 @@ TEST(ResultJson, HasTheRequiredFields) {
   EXPECT_EQ(json.at("linearisation").at("ratio"), 0.02);
   EXPECT_EQ(json.at("linearisation").at("converged"), false);
   EXPECT_FALSE(json.contains("truth"));
+  EXPECT_EQ(json.at("claim"), "approximate");
+  EXPECT_NE(json.at("claim_covers").get<std::string>().find("floating point"), std::string::npos);
+  EXPECT_EQ(json.at("inflation"), 0x1p-40);
+  EXPECT_EQ(json.at("attained_fraction"), 1.0);
+  EXPECT_EQ(json.at("any_estimator_lower_bound_rms_m"), 3.5);
+  EXPECT_EQ(json.at("any_estimator_bound_kind"), "van_trees_coherent_groups");
+  EXPECT_EQ(json.at("worst_case").at("file"), report::kWorstCaseFile);
+  EXPECT_EQ(json.at("worst_case").at("theta").size(), 30U);
+  EXPECT_FALSE(json.contains("monte_carlo_confidence"));
+}
+
+TEST(ResultJson, TheSharperOfTheBoundsOverAllEstimatorsIsNamed) {
+  const io::ScenarioInput scenario = test::sample_scenario();
+  estimate::TrajectoryEstimate estimate = test::sample_estimate();
+  estimate.near_optimality->confidence = 0.999;
+  estimate.near_optimality->monte_carlo = certify::PalindromicBound{.bound = 14.0625};
+  const io::Json sharper = report::result_json({scenario, estimate});
+  EXPECT_EQ(sharper.at("any_estimator_lower_bound_rms_m"), 3.75);
+  EXPECT_EQ(sharper.at("any_estimator_bound_kind"), "palindromic_monte_carlo");
+  EXPECT_EQ(sharper.at("any_estimator_proved_rms_m"), 3.5);
+  EXPECT_EQ(sharper.at("monte_carlo_confidence"), 0.999);
+  estimate.near_optimality->monte_carlo->bound = 9.0;
+  const io::Json weaker = report::result_json({scenario, estimate});
+  EXPECT_EQ(weaker.at("any_estimator_lower_bound_rms_m"), 3.5);
+  EXPECT_EQ(weaker.at("any_estimator_bound_kind"), "van_trees_coherent_groups");
+  estimate.near_optimality.reset();
+  EXPECT_TRUE(report::result_json({scenario, estimate}).at("attained_fraction").is_null());
+}
+
+TEST(Sentence, IsInTheSummaryAndInThePage) {
+  const io::ScenarioInput scenario = test::sample_scenario();
+  const estimate::TrajectoryEstimate estimate = test::sample_estimate();
+  const std::string sentence =
+      "Guaranteed rms error 4 m, attained by an admissible motion; no estimator of any kind, however "
+      "computed, can guarantee less than 3.5 m (proved): at most 12.5 % can be gained.";
+  EXPECT_NE(report::summary({scenario, estimate}).find(sentence), std::string::npos);
+  EXPECT_NE(report::report_data({scenario, estimate}).at("meaning").get<std::string>().find(sentence),
+            std::string::npos);
+}
+
+TEST(WorstCaseCsv, IsTheReferencePlusTheDeviation) {
+  const test::TemporaryFolder folder;
+  const estimate::TrajectoryEstimate estimate = test::sample_estimate();
+  const io::PathSamples path = io::read_path(folder.write("worst_case.csv", report::worst_case_csv(estimate)),
+                                             0.0, test::kSampleEnd_s);
+  ASSERT_EQ(path.positions_m.size(), estimate.nominal.times_s.size());
+  const Eigen::Vector3d expected =
+      (estimate.nominal.position_m.row(40) + estimate.worst_case_motion.position_m.row(40)).transpose();
+  EXPECT_EQ(path.positions_m[40], expected);
 }
 
 TEST(ResultJson, NothingComputedIsNullAndDesignHasNoEstimate) {

@@ -76,6 +76,15 @@ inline estimate::TrajectoryEstimate sample_estimate() {
   }
   result.worst_case_motion = sample_path(0.0);
   result.worst_case_motion.position_m *= 0.01;
+  result.worst_case_theta = Eigen::VectorXd::LinSpaced(3 * (kSampleSegments + 2), -0.5, 0.5);
+  result.certificate.claim = result.solution.claim;
+  result.certificate.inflation = 0x1p-40;
+  certify::NearOptimality near;
+  near.attained = result.solution.upper;
+  near.attained_fraction = 1.0;
+  near.any_estimator = 12.25;
+  near.kind = certify::AnyEstimatorBound::kCoherentGroups;
+  result.near_optimality = near;
   estimate::ObservationResult observed;
   observed.chi2 = 250.0;
   observed.theta = Eigen::VectorXd::LinSpaced(3 * (kSampleSegments + 2), -1.0, 1.0);
