@@ -151,6 +151,7 @@ TEST(Simulation, TheWholeWayKeepsTheGuaranteeAtEveryTime) {
   constexpr std::uint64_t kRuns = 200;
   estimate::EstimateSettings settings;
   settings.output_step_s = 1.0;
+  settings.near_optimality.reset();
   for (std::uint64_t run = 0; run < kRuns; ++run) {
     Scenario observed = scenario;
     observed.observations = estimate::simulate_measurements(scenario, truth, kSeed + run);

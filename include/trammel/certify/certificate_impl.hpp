@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -153,7 +154,9 @@ inline Eigen::MatrixXd with_envelope(const Workspace& work, const Envelope& enve
 struct Weights {
   Eigen::MatrixXd bounds;  ///< stacked factors with the envelope
   Eigen::VectorXd rows;    ///< multiplier of each of its rows
-  double step = 0.0;       ///< the multipliers grow by t (lambda + step)
+  double step = 0.0;       ///< upper bound over the number of ellipsoids: even growth
+  double total = 0.0;      ///< sum of the multipliers of the ellipsoids
+  double count = 1.0;      ///< their number, at least one
 };
 
 /// An envelope whose cost is kEnvelopeShare of `scale`, sized by how far K is from leaving the unbounded
@@ -195,12 +198,23 @@ inline double noise_error(const Workspace& work, const EnclosedMatrix& gain_info
                                                 : work.careful().trace(gain_information).upper();
 }
 
-/// Smallest inflation for which the matrix inequality is proved in one of the bases; NaN if in none.
-inline double prove_inequality(const Workspace& work, const Weights& weights,
-                               const EnclosedMatrix& gain_information, const Image& prior,
-                               const Eigen::MatrixXd& unbounded) {
-  double inflation = std::numeric_limits<double>::quiet_NaN();
-  for (int number = 0; number < kCongruenceBases && !(inflation <= kGoodInflation); ++number) {
+/// Multipliers lambda (1 + amount) + amount step.
+struct Inflation {
+  double amount = std::numeric_limits<double>::quiet_NaN();
+  double step = 0.0;
+};
+
+/// Steps tried, as shares of the even one: even growth repairs bounds without a multiplier, growth in
+/// proportion to the multipliers is cheaper where those that matter have one.
+inline constexpr std::array<double, 2> kStepShares{1.0, 0.01};
+
+/// Cheapest inflation for which the matrix inequality is proved in one of the bases; NaN if in none.
+inline Inflation prove_inequality(const Workspace& work, const Weights& weights,
+                                  const EnclosedMatrix& gain_information, const Image& prior,
+                                  const Eigen::MatrixXd& unbounded) {
+  Inflation best;
+  double best_cost = std::numeric_limits<double>::infinity();
+  for (int number = 0; number < kCongruenceBases && !(best.amount <= kGoodInflation); ++number) {
     const bool is_prior = number == 0 && unbounded.cols() == 0 && prior.basis.rows() == prior.basis.cols();
     Image other;
     if (!is_prior) {
@@ -213,15 +227,23 @@ inline double prove_inequality(const Workspace& work, const Weights& weights,
     const Image& image = is_prior ? prior : other;
     const EnclosedMatrix bias = linalg::product_minus(gain_information, image.seen, image.basis);
     if (MatrixInequality(image.bounded, weights.rows, bias, work.quick).holds()) {
-      return 0.0;
+      return {.amount = 0.0, .step = weights.step};
     }
-    const double found = MatrixInequality(image.bounded, weights.rows, bias, work.careful())
-                             .find_inflation(weights.step, work.stacked.rows());
-    if (!(inflation <= found)) {
-      inflation = found;
+    const MatrixInequality inequality(image.bounded, weights.rows, bias, work.careful());
+    for (const double share : kStepShares) {
+      const double step = share * weights.step;
+      const double amount = inequality.find_inflation(step, work.stacked.rows());
+      const double cost = amount * (weights.total + weights.count * step);
+      if (cost < best_cost) {
+        best_cost = cost;
+        best = {.amount = amount, .step = step};
+      }
+      if (amount <= kGoodInflation) {
+        break;
+      }
     }
   }
-  return inflation;
+  return best;
 }
 
 inline void prove_upper(const Workspace& work, const CandidatePoint& point, const Image& prior,
@@ -237,27 +259,34 @@ inline void prove_upper(const Workspace& work, const CandidatePoint& point, cons
     return;
   }
   const Envelope envelope = make_envelope(work, gain_information, scale, unbounded);
-  const double step = scale / s;
-  Weights weights{.bounds = with_envelope(work, envelope), .rows = {}, .step = step};
+  Weights weights{.bounds = with_envelope(work, envelope),
+                  .rows = {},
+                  .step = scale / s,
+                  .total = multipliers.sum(),
+                  .count = s};
   weights.rows.resize(weights.bounds.rows());
   weights.rows << work.per_row(multipliers),
       Eigen::VectorXd::Constant(envelope.rows.rows(), envelope.multiplier);
-  const double inflation = prove_inequality(work, weights, gain_information, prior, unbounded.directions);
-  if (std::isnan(inflation)) {
+  const Inflation inflation = prove_inequality(work, weights, gain_information, prior, unbounded.directions);
+  if (std::isnan(inflation.amount)) {
     certificate.remark = "no multipliers near those given satisfy the matrix inequality";
     return;
   }
-  certificate.inflation = inflation;
+  certificate.inflation = inflation.amount;
   certificate.multipliers = multipliers;
-  if (inflation > 0.0) {
+  if (inflation.amount > 0.0) {
     for (double& value : certificate.multipliers) {
-      value = round_up(value + round_up(round_up(inflation * value) + round_up(inflation * step)));
+      value = round_up(
+          value + round_up(round_up(inflation.amount * value) + round_up(inflation.amount * inflation.step)));
     }
   }
   certificate.envelope = envelope.rows;
-  certificate.envelope_multiplier = envelope.multiplier;
+  // The inflation grew it by the same factor.
+  certificate.envelope_multiplier = inflation.amount > 0.0
+                                        ? round_up(envelope.multiplier * round_up(1.0 + inflation.amount))
+                                        : envelope.multiplier;
   certificate.upper =
-      round_up(round_up(noise + envelope.multiplier) + sum_rounded_up(certificate.multipliers));
+      round_up(round_up(noise + certificate.envelope_multiplier) + sum_rounded_up(certificate.multipliers));
 }
 
 /// (I + sigma^2 L'JL)^-1 sigma L', through the QR factorisation of [I; sigma F L] so that only the square
