@@ -34,7 +34,9 @@ struct StatusText {
 };
 
 inline constexpr std::array<StatusText, 4> kStatusTable{{
-    {SolveStatus::kOptimal, "optimal", "the certified interval is as narrow as asked for", "use the result"},
+    {SolveStatus::kOptimal, "optimal",
+     "the certified interval is as narrow as asked for, or verified and within a hundred times of that",
+     "use the result"},
     {SolveStatus::kIterationLimit, "iteration_limit",
      "the iteration limit was reached before the certified interval became narrow enough",
      "the interval stated is still valid; raise solver.max_iterations or relax solver.relative_gap"},
