@@ -12,6 +12,11 @@ if(PROJECT_IS_TOP_LEVEL AND NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYP
   set(CMAKE_BUILD_TYPE Release CACHE STRING "Build type" FORCE)
 endif()
 
+# SuiteSparse component: sparse factorisations by CHOLMOD. Link trammel::suitesparse beside trammel::headers.
+find_path(TRAMMEL_CHOLMOD_INCLUDE cholmod.h PATH_SUFFIXES suitesparse)
+find_library(TRAMMEL_CHOLMOD_LIBRARY cholmod)
+mark_as_advanced(TRAMMEL_CHOLMOD_INCLUDE TRAMMEL_CHOLMOD_LIBRARY)
+
 set(TRAMMEL_TUNED_FLAGS "")
 if(TRAMMEL_TUNED AND NOT CMAKE_CROSSCOMPILING)
   include(CheckCXXSourceRuns)

@@ -2,7 +2,7 @@
 # Sourced by demo.sh and check.sh: the packages the project needs on Debian and Ubuntu, and their installation.
 
 # Build and libraries of the program.
-packages_build="cmake ninja-build g++ pkg-config libeigen3-dev libcli11-dev nlohmann-json3-dev libtomlplusplus-dev libssl-dev"
+packages_build="cmake ninja-build g++ pkg-config libeigen3-dev libcli11-dev nlohmann-json3-dev libtomlplusplus-dev libssl-dev libsuitesparse-dev"
 # Tests: GoogleTest, automatic differentiation (Ceres), property tests, exact arithmetic, independent readers.
 packages_test="libgtest-dev libgmock-dev libceres-dev librapidcheck-dev libboost-dev python3 libgeographiclib-dev"
 # The browser that looks at the report page; tests that need it are skipped where it cannot be installed.

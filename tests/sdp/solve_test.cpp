@@ -205,6 +205,31 @@ TEST(Sdp, PrecisionIsRaisedWhereDoubleIsNotEnough) {
   EXPECT_LE(std::abs(solution.dimacs[4]), 1e-7);
 }
 
+// Blocks [x_i  0.5; 0.5  x_i+1]: neighbours only meet, so the Schur complement is tridiagonal.
+TEST(Sdp, ChainOfSmallBlocksIsFactorisedAsASparseMatrix) {
+  const auto chain = [](int m) {
+    Problem problem;
+    problem.cost = Eigen::VectorXd::Ones(m);
+    for (int i = 0; i + 1 < m; ++i) {
+      problem.blocks.push_back({BlockKind::kDense, 2});
+      problem.entries.push_back({i, i, 0, 0, 1.0});
+      problem.entries.push_back({i + 1, i, 1, 1, 1.0});
+      problem.entries.push_back({kConstant, i, 0, 1, -0.5});
+    }
+    return problem;
+  };
+  // Pairs (x_i, x_i+1) have x_i + x_i+1 >= 1: m/2 for even m, attained by x = 1/2.
+  const Solution sparse = solve(chain(600));
+  EXPECT_EQ(sparse.status, Status::kOptimal);
+  EXPECT_TRUE(sparse.sparse_schur);
+  EXPECT_NEAR(sparse.primal_objective, 300.0, 300.0 * 1e-7);
+  EXPECT_NEAR(sparse.dual_objective, 300.0, 300.0 * 1e-7);
+  const Solution dense = solve(chain(100));
+  EXPECT_EQ(dense.status, Status::kOptimal);
+  EXPECT_FALSE(dense.sparse_schur);
+  EXPECT_NEAR(dense.primal_objective, 50.0, 50.0 * 1e-7);
+}
+
 TEST(Sdp, IterationLimitReturnsTheBestIterate) {
   const Problem problem = trammel::test::theta_of_cycle(31);
   const Solution solution =

@@ -158,7 +158,8 @@ struct Solution {
   Eigen::VectorXd ray_x;
   BlockMatrix ray_y;
   double ray_violation = std::numeric_limits<double>::quiet_NaN();
-  int iterations = 0;  ///< of all passes
+  int iterations = 0;         ///< of all passes
+  bool sparse_schur = false;  ///< the Schur complement was factorised as a sparse matrix
   Timings timings;
 };
 

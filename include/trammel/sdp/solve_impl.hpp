@@ -296,6 +296,7 @@ TRAMMEL_INLINE Solution solve(const Problem& problem, const Settings& settings,
   solution.iterations = outcome.iterations;
   solution.timings.schur_assembly_s = outcome.assembly_s;
   solution.timings.schur_factor_s = outcome.factor_s;
+  solution.sparse_schur = outcome.sparse_schur;
   solution.timings.total_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return solution;
 }

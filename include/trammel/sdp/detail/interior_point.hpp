@@ -37,7 +37,7 @@ class InteriorPoint {
         observe_(observe),
         cost_(model.cost.cast<Scalar>()),
         diagonal_(model.diagonal),
-        system_(equation_matrix(model)) {
+        system_(equation_matrix(model), schur_density(model)) {
     for (const DenseData& data : model.dense) {
       dense_.emplace_back(data);
     }
@@ -536,6 +536,7 @@ class InteriorPoint {
     outcome.ray_violation = ray_violation_;
     outcome.iterations = iteration_;
     outcome.assembly_s = assembly_s_;
+    outcome.sparse_schur = system_.is_sparse();
     outcome.factor_s = factor_s_;
     return outcome;
   }

@@ -290,4 +290,45 @@ TRAMMEL_INLINE BlockMatrix expand(const Problem& problem, const Model& model, co
   return blocks;
 }
 
+TRAMMEL_INLINE double schur_density(const Model& model) {
+  const auto m = static_cast<std::size_t>(model.cost.size());
+  if (m == 0) {
+    return 1.0;
+  }
+  std::vector<bool> met(m * m, false);
+  std::vector<std::size_t> together;
+  const auto meet = [&] {
+    std::sort(together.begin(), together.end());
+    together.erase(std::unique(together.begin(), together.end()), together.end());
+    for (const std::size_t i : together) {
+      for (const std::size_t j : together) {
+        met[i * m + j] = true;
+      }
+    }
+    together.clear();
+  };
+  const auto add = [&](int variable) {
+    if (variable != kConstant) {
+      together.push_back(static_cast<std::size_t>(variable));
+    }
+  };
+  for (const DenseData& data : model.dense) {
+    for (const Entry& entry : data.entries) {
+      add(entry.variable);
+    }
+    for (const LowRankTerm& term : data.low_rank) {
+      add(term.variable);
+    }
+    meet();
+  }
+  for (std::size_t k = 0; k < model.diagonal.entries.size(); ++k) {
+    if (k > 0 && model.diagonal.entries[k].row != model.diagonal.entries[k - 1].row) {
+      meet();
+    }
+    add(model.diagonal.entries[k].variable);
+  }
+  meet();
+  return static_cast<double>(std::count(met.begin(), met.end(), true)) / static_cast<double>(m * m);
+}
+
 }  // namespace trammel::inline TRAMMEL_ABI::sdp::detail

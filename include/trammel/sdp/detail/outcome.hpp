@@ -21,6 +21,7 @@ struct Outcome {
   Parts multiplier;
   double ray_violation = std::numeric_limits<double>::quiet_NaN();
   int iterations = 0;
+  bool sparse_schur = false;
   double assembly_s = 0.0;
   double factor_s = 0.0;
 };

@@ -6,9 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <type_traits>
+#include <vector>
 
 #include "trammel/linalg/dense_kernels.hpp"
 #include "trammel/linalg/gmres.hpp"
+#include "trammel/linalg/sparse_cholesky.hpp"
 #include "trammel/sdp/detail/cone.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::sdp::detail {
@@ -25,7 +28,7 @@ enum class SmallPivots {
 ///   B dx - G df = r,   G' dx = e
 /// for positive semidefinite B (m x m) and the equations' coefficients G (m x k) by the Cholesky factor of
 /// K = B + rho G G', scaled to unit diagonal, and of G' K^-1 G, then refines the solution against the system
-/// itself.
+/// itself. Where few pairs of constraints meet, K is factorised as a sparse matrix.
 template <class Scalar>
 class SchurSystem {
  public:
@@ -33,7 +36,8 @@ class SchurSystem {
   using Matrix = MatrixOf<Scalar>;
   using Dense = linalg::Dense<Scalar>;
 
-  explicit SchurSystem(Matrix equations) : equations_(std::move(equations)) {}
+  /// `density` is the share of pairs (i, j) whose F_i and F_j meet in a block.
+  SchurSystem(Matrix equations, double density) : equations_(std::move(equations)), density_(density) {}
 
   void treat_small_pivots(SmallPivots treatment) { small_pivots_ = treatment; }
 
@@ -48,6 +52,15 @@ class SchurSystem {
     fold();
     const Eigen::Index m = matrix_.rows();
     const Eigen::Index k = equations_.cols();
+    if constexpr (std::is_same_v<Scalar, double>) {
+      if (k == 0 && worth_sparse()) {
+        sparse_ = factorise_sparse();
+        if (sparse_) {
+          return true;
+        }
+      }
+    }
+    sparse_ = false;
     factor_ = matrix_;
     rho_ = Scalar(0);
     if (k > 0) {
@@ -80,10 +93,53 @@ class SchurSystem {
         max_steps, Scalar(kRoundingErrors) * std::numeric_limits<Scalar>::epsilon(), relative_residual_);
   }
 
+  /// Whether the factors held are those of a sparse matrix.
+  [[nodiscard]] bool is_sparse() const { return sparse_; }
+
   /// ||right - A solution|| / ||right|| of the last solution.
   [[nodiscard]] Scalar relative_residual() const { return relative_residual_; }
 
  private:
+  [[nodiscard]] bool worth_sparse() const {
+    constexpr Eigen::Index kSmall = 400;  // below, the dense factorisation takes no time
+    constexpr double kFull = 0.05;        // more entries fill in to a dense factor
+    return matrix_.rows() >= kSmall && density_ < kFull;
+  }
+
+  /// Sparse factor of S B S with unit diagonal, shifted as little as makes it positive definite.
+  [[nodiscard]] bool factorise_sparse() {
+    constexpr double kStep = 10.0;
+    constexpr double kLargest = 1e-8;  // more: left to the dense method, which holds single variables
+    const Eigen::Index m = matrix_.rows();
+    scaling_.resize(m);
+    for (Eigen::Index i = 0; i < m; ++i) {
+      if (!(matrix_(i, i) > Scalar(0))) {
+        return false;
+      }
+      scaling_[i] = 1.0 / std::sqrt(matrix_(i, i));
+    }
+    std::vector<Eigen::Triplet<double>> entries;
+    for (Eigen::Index j = 0; j < m; ++j) {
+      for (Eigen::Index i = j; i < m; ++i) {
+        if (matrix_(i, j) != Scalar(0) || i == j) {
+          entries.emplace_back(i, j, matrix_(i, j) * scaling_[i] * scaling_[j]);
+        }
+      }
+    }
+    linalg::SparseMatrix scaled(m, m);
+    scaled.setFromTriplets(entries.begin(), entries.end());
+    for (double shift = 0.0; shift < kLargest;
+         shift = std::max(kStep * std::numeric_limits<double>::epsilon(), kStep * shift)) {
+      for (Eigen::Index i = 0; i < m; ++i) {
+        scaled.coeffRef(i, i) = 1.0 + shift;
+      }
+      if (sparse_factor_.compute(scaled)) {
+        return true;
+      }
+    }
+    return false;
+  }
+
   /// Cholesky factor of S A S with unit diagonal, small pivots treated as asked for.
   [[nodiscard]] bool factor_guarded(const Matrix& a, Matrix& factor, Vector& scaling, Scalar& shift) {
     constexpr double kStep = 10.0;
@@ -164,6 +220,14 @@ class SchurSystem {
     const Eigen::Index m = equations_.rows();
     const Eigen::Index k = equations_.cols();
     Vector dx = v.head(m);
+    if constexpr (std::is_same_v<Scalar, double>) {
+      if (sparse_) {
+        dx.array() *= scaling_.array();
+        sparse_factor_.solve_in_place(dx);
+        dx.array() *= scaling_.array();
+        return dx;
+      }
+    }
     if (k == 0) {
       solve_factored(factor_, scaling_, dx);
       return dx;
@@ -191,6 +255,9 @@ class SchurSystem {
   static constexpr double kPivotRoundingErrors = 8.0;  // smaller pivots are rounding errors
   static constexpr double kHeld = 1e60;                // pivot of a variable that does not move
 
+  linalg::SparseCholesky sparse_factor_;
+  bool sparse_ = false;
+  double density_;
   SmallPivots small_pivots_ = SmallPivots::kHold;
   Scalar rho_{0};
   Scalar shift_{0};
