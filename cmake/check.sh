@@ -7,6 +7,7 @@ cd "$(dirname "$0")/.."
 
 # shellcheck disable=SC2086  # lists of words
 install_missing $packages_build $packages_test
+install_missing $packages_oracle || echo "no GeographicLib: its comparison will be left out" >&2
 install_missing $packages_browser || echo "no browser: the tests that look at the report page will be skipped" >&2
 
 cmake --preset release
