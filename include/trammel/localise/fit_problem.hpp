@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+/// @file
+/// The measurements of a scenario as a nonlinear least-squares problem within bounds.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "trammel/core/config.hpp"
+#include "trammel/problem/assemble.hpp"
+#include "trammel/problem/scenario.hpp"
+#include "trammel/sensor/any_sensor.hpp"
+#include "trammel/trajectory/spline_basis.hpp"
+
+namespace trammel::inline TRAMMEL_ABI::localise {
+
+/// Value, gradient and curvature of a cost at one deviation.
+struct Quadratic {
+  double cost = 0.0;         ///< F
+  Eigen::VectorXd gradient;  ///< of F, p
+  Eigen::MatrixXd hessian;   ///< Gauss-Newton part A'A plus the barriers' Hessian, p x p
+};
+
+/// Deviations from the reference within the bounds, fitted to the observations: minimise over z
+///
+///   F(z) = |r(z)|^2/2 - mu sum_l ln(1 - |a_l z|^2) - mu (s/n) sum_j ln(x_3(tau_j) - h_min).
+///
+/// | symbol | meaning                                                                         | shape |
+/// |--------|---------------------------------------------------------------------------------|-------|
+/// | z      | deviation, in the coordinates of assemble(scenario)                             | p     |
+/// | r      | L_k^-1 (y_k - h(x(t_k) - q_k)) stacked, azimuth differences in (-pi, pi]        | -     |
+/// | A      | minus the derivative of r: what a linearisation about z whitens                 | - x p |
+/// | a_l    | bound l, l = 1..s (s = segments + 2)                                            | - x p |
+/// | tau_j  | four times per segment and the end, n = 4 segments + 1                          | n     |
+/// | h_min  | height floor (m) in the scenario's frame; the last term only where there is one | -     |
+/// | mu     | weight of the barriers                                                          | -     |
+///
+/// Cost of an evaluation: O(n_k + p^2) for the value, O(n_k + p^3) with derivatives.
+class FitProblem {
+ public:
+  /// Throws Error as assemble does, and for a scenario without observations.
+  explicit FitProblem(const Scenario& scenario, std::optional<double> minimum_height_m = {});
+
+  [[nodiscard]] const TrajectoryProblem& trajectory() const noexcept { return trajectory_; }
+  [[nodiscard]] const Scenario& scenario() const noexcept { return scenario_; }
+  [[nodiscard]] std::optional<double> minimum_height_m() const noexcept { return minimum_height_m_; }
+  [[nodiscard]] const std::vector<double>& grid_s() const noexcept { return grid_s_; }
+  [[nodiscard]] Eigen::Index parameters() const { return trajectory_.coordinates.parameters(); }
+
+  /// F; infinite outside the bounds, at or below the floor, and where a sensor is not differentiable.
+  [[nodiscard]] double cost(const Eigen::VectorXd& z, double mu) const;
+  /// F with derivatives. Only where cost(z, mu) is finite.
+  [[nodiscard]] Quadratic expand(const Eigen::VectorXd& z, double mu) const;
+  /// |r|^2; infinite where a sensor is not differentiable.
+  [[nodiscard]] double chi2(const Eigen::VectorXd& z) const;
+  /// -sum_l ln(1 - |a_l z|^2); infinite outside.
+  [[nodiscard]] double ellipsoid_barrier(const Eigen::VectorXd& z) const;
+  /// Lowest height (m) on the grid.
+  [[nodiscard]] double lowest_height_m(const Eigen::VectorXd& z) const;
+  /// Whether all bounds and the floor hold strictly.
+  [[nodiscard]] bool inside(const Eigen::VectorXd& z) const;
+  /// |C (a - b)|: root mean square distance over the criterion, m.
+  [[nodiscard]] double distance_m(const Eigen::VectorXd& a, const Eigen::VectorXd& b) const;
+  /// Every bound shrunk to at most `share` of its ellipsoid, then all towards zero until above the floor.
+  /// Nothing where even zero is not above it.
+  [[nodiscard]] std::optional<Eigen::VectorXd> pull_inside(const Eigen::VectorXd& z, double share) const;
+
+ private:
+  struct Site {
+    SensorKind kind = SensorKind::kRange;
+    Eigen::Vector3d reference_m;  ///< reference relative to the station
+    Eigen::Vector3d reference_mps;
+    trajectory::LocalBasis<double> local;
+    Eigen::Matrix3d whiten;  ///< L
+    sensor::Padded value;
+  };
+  using Local = Eigen::Matrix<double, 3, 9>;
+
+  [[nodiscard]] sensor::Padded residual(const Site& site, const Eigen::MatrixXd& c, Local* J) const;
+  [[nodiscard]] double floor_barrier(const Eigen::VectorXd& z) const;
+
+  Scenario scenario_;
+  std::optional<double> minimum_height_m_;
+  TrajectoryProblem trajectory_;
+  std::vector<Site> sites_;
+  std::vector<double> grid_s_;
+  Eigen::MatrixXd height_rows_;      ///< rows in z of the deviation's height on the grid
+  Eigen::VectorXd height_offset_m_;  ///< the reference's height there
+};
+
+}  // namespace trammel::inline TRAMMEL_ABI::localise
+
+#ifndef TRAMMEL_COMPILED
+#include "trammel/localise/fit_problem_impl.hpp"
+#endif

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+/// @file
+/// Finds the motions that explain the observations and states how good the estimate is, honestly.
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "trammel/core/config.hpp"
+#include "trammel/localise/fit_problem.hpp"
+#include "trammel/localise/levenberg_marquardt.hpp"
+#include "trammel/localise/stated_value.hpp"
+#include "trammel/minimax/solution.hpp"
+#include "trammel/problem/scenario.hpp"
+
+namespace trammel::inline TRAMMEL_ABI::localise {
+
+/// Settings of locate.
+struct LocateSettings {
+  std::optional<double> minimum_height_m;  ///< the path stays above it; excludes mirrored solutions
+  ModelError model_error;
+  FitSettings fit;
+  minimax::SolverSettings solver;
+};
+
+/// What locate found.
+enum class LocateStatus {
+  kUnique,           ///< one motion explains the observations best by far
+  kAmbiguous,        ///< motions too far apart explain them nearly equally well: no single value is stated
+  kInfeasibleStart,  ///< the reference path itself is not above the floor
+};
+
+/// Name as in result files.
+[[nodiscard]] constexpr std::string_view to_string(LocateStatus status) noexcept {
+  switch (status) {
+    case LocateStatus::kUnique:
+      return "unique";
+    case LocateStatus::kAmbiguous:
+      return "ambiguous";
+    case LocateStatus::kInfeasibleStart:
+      break;
+  }
+  return "infeasible_start";
+}
+
+/// One way to explain the observations.
+struct Branch {
+  Fit minimum;                        ///< with weak barriers
+  double excess_cost = 0.0;           ///< above the best branch: twice F, weak barriers
+  double distance_m = 0.0;            ///< root mean square distance from the best branch over the criterion
+  bool from_floor_test = false;       ///< the fit above a station's plane rather than a local minimum
+  Eigen::VectorXd reference;          ///< linearised about: the fit with strong barriers
+  std::optional<StatedValue> stated;  ///< holds if this branch is the true one
+};
+
+/// Result of locate.
+struct Location {
+  LocateStatus status = LocateStatus::kInfeasibleStart;
+  /// Best first. Only one unless ambiguous.
+  std::vector<Branch> branches;
+  int starts = 0;   ///< fits tried
+  int systems = 0;  ///< linear systems solved in all fits
+};
+
+/// Barrier weights: modes are told apart with weak barriers, the linearisation point is the fit with strong
+/// ones (curvature 9/d^2 at the centre, as of a prior of three standard deviations per semi-axis).
+inline constexpr double kWeakBarrier = 0.1;
+inline constexpr double kStrongBarrier = 4.5;
+/// Two motions are told apart where twice their costs differ by at least this: for a fixed pair the false one
+/// then wins with a probability of at most Q(4) = 3.2e-5.
+inline constexpr double kDecisiveCost = 16.0;
+
+/// 1. Minimises F from many starts: falling barrier weights, steps along the weakest directions, the path
+///    mirrored (wholly or in parts) in each station's horizontal plane, two random motions; 2. clusters the
+///    minima; 3. from the best one, scaled by 0.9, fits with strong barriers and states the value there;
+/// 4. ambiguous if another minimum costs less than kDecisiveCost more and is further away than the linear
+///    guarantee, or if the fit confined above a station's plane does (floor test: the alternative need not be
+///    a local minimum). Then every such branch has its own reference and stated value.
+///
+/// Assumed, not proved: the starts find all relevant minima.
+/// Cost: some hundred linear systems of p unknowns per start, one guaranteed solve per branch.
+/// Throws Error as FitProblem does, and for settings out of range.
+[[nodiscard]] Location locate(const Scenario& scenario, const LocateSettings& settings = {});
+
+}  // namespace trammel::inline TRAMMEL_ABI::localise
+
+#ifndef TRAMMEL_COMPILED
+#include "trammel/localise/locate_impl.hpp"
+#endif

@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: Apache-2.0
+/// @file
+/// Definitions of stated_value.hpp.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "trammel/certify/certificate.hpp"
+#include "trammel/core/error.hpp"
+#include "trammel/estimate/bounded_motion.hpp"
+#include "trammel/linalg/double_double.hpp"
+#include "trammel/linalg/symmetric_eigen.hpp"
+#include "trammel/localise/remainder.hpp"
+#include "trammel/localise/stated_value.hpp"
+#include "trammel/minimax/solve.hpp"
+#include "trammel/problem/noise.hpp"
+
+namespace trammel::inline TRAMMEL_ABI::localise {
+
+namespace detail {
+
+/// One measurement seen from the reference.
+struct Sight {
+  SensorKind kind = SensorKind::kRange;
+  Eigen::Vector3d position_m;  ///< relative to the station
+  Eigen::Vector3d velocity_mps;
+  sensor::PaddedRows J_position;  ///< not whitened
+  sensor::PaddedRows J_velocity;
+  Eigen::MatrixXd error_per_unit;  ///< C K L^-1, criterion rows x components
+  DeviationRadius tube;            ///< tau
+};
+
+/// The linear estimator about the reference, and its errors at the measurements.
+struct Sights {
+  std::vector<Sight> sights;
+  Eigen::Index channels = 0;
+  Eigen::Index criterion_rows = 0;
+};
+
+/// Rms bound of P (rows of the motion) under the estimator: bias over the bounds and noise.
+class ErrorAt {
+ public:
+  ErrorAt(const TrajectoryProblem& problem, const MotionBounds& bounds, const Eigen::MatrixXd& gain)
+      : noise_(gain * problem.problem.information_factor.transpose()) {
+    const estimate::BoundedMotion motion = estimate::bounded_motion(problem.coordinates, bounds);
+    // Motions without bounds are followed exactly where the linear guarantee is finite.
+    bias_ = noise_ * (problem.problem.information_factor * motion.bounded) - motion.bounded;
+    block_sizes_ = motion.block_sizes;
+  }
+
+  /// tau of each projection of the rows.
+  [[nodiscard]] double rms(const Eigen::Matrix3d& projection, const MotionCoordinates::Rows3& rows) const {
+    const MotionCoordinates::Rows3 seen = projection * rows;
+    const MotionCoordinates::Rows3 bias = seen * bias_;
+    double sum = 0.0;
+    Eigen::Index at = 0;
+    for (const Eigen::Index size : block_sizes_) {
+      const Eigen::Matrix3d square = bias.middleCols(at, size) * bias.middleCols(at, size).transpose();
+      sum += std::sqrt(
+          std::max(0.0, linalg::SymmetricEigen3(square, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff()));
+      at += size;
+    }
+    return std::sqrt(sum * sum + (seen * noise_).squaredNorm());
+  }
+
+ private:
+  Eigen::MatrixXd noise_;  ///< K times an orthogonal matrix, p x m
+  Eigen::MatrixXd bias_;   ///< (K A - I) D
+  std::vector<Eigen::Index> block_sizes_;
+};
+
+inline Sights look(const Scenario& scenario, const TrajectoryProblem& problem,
+                   const trajectory::QuadraticSpline<double>& about, const Eigen::MatrixXd& gain) {
+  const ErrorAt error(problem, scenario.bounds, gain);
+  const Eigen::MatrixXd reach = problem.problem.criterion_factor * gain;
+  Sights result;
+  result.criterion_rows = reach.rows();
+  for_each_measurement(scenario, [&](const MeasurementSite& site) {
+    const Station& station = scenario.stations[site.station];
+    Sight sight;
+    sight.kind = station.kind;
+    sight.position_m = problem.nominal.position(site.t_s) + about.position(site.t_s) - station.position_m;
+    sight.velocity_mps = problem.nominal.velocity(site.t_s) + about.velocity(site.t_s);
+    const sensor::Linearised model = sensor::linearise(station.kind, sight.position_m, sight.velocity_mps);
+    sight.J_position = model.J_value_position;
+    sight.J_velocity = model.J_value_velocity;
+    const MotionCoordinates::Rows3 position = problem.coordinates.position_rows(site.t_s);
+    const MotionCoordinates::Rows3 velocity = problem.coordinates.velocity_rows(site.t_s);
+    const Eigen::Index count = components(station.kind);
+    const bool own = site.observation != nullptr && site.observation->covariance.has_value();
+    const Eigen::Matrix3d lower = noise_factor(own ? *site.observation->covariance : station.covariance,
+                                               count, describe(scenario, site));
+    // K L^-1 = gain (L^-1 H)' L^-1 = gain H' W^-1.
+    const auto whiten = lower.triangularView<Eigen::Lower>();
+    const MotionCoordinates::Rows3 rows = whiten.transpose().solve(Eigen::MatrixXd(
+        whiten.solve(Eigen::MatrixXd(sight.J_position * position + sight.J_velocity * velocity))));
+    sight.error_per_unit = (reach * rows.transpose()).leftCols(count);
+    const Eigen::Vector3d e = sight.position_m.normalized();
+    const Eigen::Matrix3d every = Eigen::Matrix3d::Identity();
+    sight.tube = {.all_m = error.rms(every, position),
+                  .across_m = error.rms(every - e * e.transpose(), position),
+                  .horizontal_m = error.rms(Eigen::Vector3d(1.0, 1.0, 0.0).asDiagonal(), position),
+                  .velocity_mps = error.rms(every, velocity)};
+    result.channels += count;
+    result.sights.push_back(std::move(sight));
+  });
+  return result;
+}
+
+/// C K L^-1 diag(half_width), one column per channel.
+inline Eigen::MatrixXd weigh(const Sights& sights, const std::vector<sensor::Padded>& half_width) {
+  Eigen::MatrixXd columns(sights.criterion_rows, sights.channels);
+  Eigen::Index at = 0;
+  for (std::size_t k = 0; k < sights.sights.size(); ++k) {
+    const Eigen::MatrixXd& unit = sights.sights[k].error_per_unit;
+    for (Eigen::Index i = 0; i < unit.cols(); ++i) {
+      columns.col(at++) = unit.col(i) * half_width[k](i);
+    }
+  }
+  return columns;
+}
+
+struct ChannelBound {
+  double upper = 0.0;
+  double lower = 0.0;  ///< attained by signs
+};
+
+/// Bounds max |N s| over |s_k| <= 1 (also its root mean square over random s with E s_k^2 <= 1).
+inline ChannelBound bound_channels(const Eigen::MatrixXd& N) {
+  double sum = 0.0;
+  for (Eigen::Index k = 0; k < N.cols(); ++k) {
+    sum += (N.transpose() * N.col(k)).cwiseAbs().sum();
+  }
+  const linalg::SymmetricEigen eigen(N * N.transpose());
+  const double widest = std::max(0.0, eigen.eigenvalues()(eigen.eigenvalues().size() - 1));
+  const auto signs = [](const Eigen::VectorXd& x) -> Eigen::VectorXd {
+    return x.unaryExpr([](double value) { return value < 0.0 ? -1.0 : 1.0; });
+  };
+  Eigen::VectorXd s = signs(N.transpose() * eigen.eigenvectors().rightCols<1>());
+  constexpr int kSteps = 100;  // |N s| grows with each step but the last; a few are usual
+  for (int step = 0; step < kSteps; ++step) {
+    const Eigen::VectorXd next = signs(N.transpose() * (N * s));
+    if (next == s) {
+      break;
+    }
+    s = next;
+  }
+  return {.upper = std::sqrt(std::min(sum, static_cast<double>(N.cols()) * widest)), .lower = (N * s).norm()};
+}
+
+/// Curvature term with the tube multiplied by `factor`; nothing where a remainder is not bounded.
+inline std::optional<ChannelBound> curvature(const Sights& sights, const ModelError& model, double factor) {
+  const double moment = std::pow(3.0, 0.25);  // E |e|^4 <= 3 (E |e|^2)^2 for normal e
+  std::vector<sensor::Padded> widths;
+  for (const Sight& sight : sights.sights) {
+    const DeviationRadius& tau = sight.tube;
+    const double scale = moment * factor;
+    const RemainderBound bound =
+        bound_remainder(sight.kind, sight.position_m, sight.velocity_mps,
+                        {.all_m = scale * tau.all_m + model.position_m,
+                         .across_m = scale * tau.across_m + model.position_m,
+                         .horizontal_m = scale * tau.horizontal_m + model.position_m,
+                         .velocity_mps = scale * tau.velocity_mps + model.velocity_mps});
+    if (!bound.valid) {
+      return std::nullopt;
+    }
+    widths.push_back(bound.half_width);
+  }
+  return bound_channels(weigh(sights, widths));
+}
+
+/// The model error through the estimator, plus itself.
+inline double model_term(const Sights& sights, const ModelError& model) {
+  if (model.position_m == 0.0 && model.velocity_mps == 0.0) {
+    return 0.0;
+  }
+  if (model.kind == ModelError::Kind::kBox) {
+    std::vector<sensor::Padded> widths;
+    for (const Sight& sight : sights.sights) {
+      widths.emplace_back(sight.J_position.rowwise().norm() * model.position_m +
+                          sight.J_velocity.rowwise().norm() * model.velocity_mps);
+    }
+    return bound_channels(weigh(sights, widths)).upper + model.position_m;
+  }
+  // max |sum_k N_k s_k| over sum |s_k|^2 <= n is sqrt(n lambda_max(sum N_k N_k')).
+  Eigen::MatrixXd position = Eigen::MatrixXd::Zero(sights.criterion_rows, sights.criterion_rows);
+  Eigen::MatrixXd velocity = position;
+  for (const Sight& sight : sights.sights) {
+    const Eigen::Index count = sight.error_per_unit.cols();
+    const Eigen::MatrixXd N = sight.error_per_unit * sight.J_position.topRows(count);
+    const Eigen::MatrixXd N_velocity = sight.error_per_unit * sight.J_velocity.topRows(count);
+    position += N * N.transpose();
+    velocity += N_velocity * N_velocity.transpose();
+  }
+  const auto widest = [&](const Eigen::MatrixXd& square) {
+    const linalg::SymmetricEigen eigen(square, Eigen::EigenvaluesOnly);
+    return std::sqrt(static_cast<double>(sights.sights.size()) *
+                     std::max(0.0, eigen.eigenvalues().maxCoeff()));
+  };
+  return model.position_m * widest(position) + model.velocity_mps * widest(velocity) + model.position_m;
+}
+
+/// g where widening the tube by g/g_lin changes nothing any more; nothing where it keeps growing.
+inline std::optional<double> fixed_point(const Sights& sights, const ModelError& model, double g_lin,
+                                         double first, double g_model) {
+  constexpr int kRounds = 500;
+  constexpr double kSettled = 1e-13;
+  double g = first;
+  for (int round = 0; round < kRounds; ++round) {
+    const std::optional<ChannelBound> wider = curvature(sights, model, g / g_lin);
+    if (!wider) {
+      return std::nullopt;
+    }
+    const double next = g_lin + wider->upper + g_model;
+    if (std::abs(next - g) <= kSettled * next) {
+      return next;
+    }
+    g = next;
+  }
+  return std::nullopt;
+}
+
+inline void check_model_error(const Scenario& scenario, const ModelError& model) {
+  const auto size = [](double value, const char* where) {
+    if (!(value >= 0.0) || !std::isfinite(value)) {
+      throw Error({where, std::to_string(value), "a finite value that is not negative"});
+    }
+  };
+  size(model.position_m, "model_error.position_m");
+  size(model.velocity_mps, "model_error.velocity_mps");
+  const bool rates = std::any_of(scenario.stations.begin(), scenario.stations.end(),
+                                 [](const Station& s) { return s.kind == SensorKind::kRangeRate; });
+  if (rates && model.position_m > 0.0 && model.velocity_mps == 0.0) {
+    throw Error({"model_error.velocity_mps", "0 beside range rates", "a bound on the velocity's error"});
+  }
+}
+
+}  // namespace detail
+
+TRAMMEL_INLINE ModelError model_error_from_jerk(double jerk_mps3, double segment_s) {
+  if (!(jerk_mps3 >= 0.0) || !std::isfinite(jerk_mps3)) {
+    throw Error({"jerk_mps3", std::to_string(jerk_mps3), "a finite bound that is not negative"});
+  }
+  if (!(segment_s > 0.0) || !std::isfinite(segment_s)) {
+    throw Error({"segment_s", std::to_string(segment_s), "a positive length"});
+  }
+  return {.position_m = jerk_mps3 * segment_s * segment_s * segment_s / 24,
+          .velocity_mps = 15 * jerk_mps3 * segment_s * segment_s / 32};
+}
+
+TRAMMEL_INLINE StatedValue state(const FitProblem& fit, const Eigen::VectorXd& reference,
+                                 const ModelError& model_error, const minimax::SolverSettings& solver) {
+  require(reference.size() == fit.parameters(), "reference", std::to_string(reference.size()) + " entries",
+          std::to_string(fit.parameters()));
+  require(fit.inside(reference), "reference", "a deviation outside the bounds", "one strictly inside");
+  const Scenario& scenario = fit.scenario();
+  detail::check_model_error(scenario, model_error);
+  const trajectory::QuadraticSpline<double> about = fit.trajectory().coordinates.spline(reference);
+  StatedValue result(assemble(scenario, &about));
+  result.solution = minimax::solve(result.problem.problem, solver);
+  certify::apply(certify::verify(result.problem.problem, result.solution), solver, result.solution);
+  if (!std::isfinite(result.solution.upper) || !(result.solution.upper > 0.0)) {
+    return result;
+  }
+  const Eigen::MatrixXd& F = result.problem.problem.information_factor;
+  result.z = result.solution.gain * (F.transpose() * result.problem.information_rhs);
+  result.linear_guarantee_rms_m = linalg::round_up(std::sqrt(result.solution.upper));
+  const detail::Sights sights = detail::look(scenario, result.problem, about, result.solution.gain);
+  for (const detail::Sight& sight : sights.sights) {
+    result.tube_m.push_back(sight.tube.all_m);
+  }
+  const std::optional<detail::ChannelBound> beta = detail::curvature(sights, model_error, 1.0);
+  if (!beta) {
+    return result;
+  }
+  const double g_lin = result.linear_guarantee_rms_m;
+  result.curvature_rms_m = beta->upper;
+  result.curvature_lower_rms_m = beta->lower;
+  result.model_error_rms_m = detail::model_term(sights, model_error);
+  result.kappa = beta->upper / g_lin;
+  result.sum_rms_m = g_lin + beta->upper + result.model_error_rms_m;
+  result.fixed_point_rms_m =
+      detail::fixed_point(sights, model_error, g_lin, result.sum_rms_m, result.model_error_rms_m);
+  const bool settled = result.fixed_point_rms_m.has_value() && result.kappa <= 0.25;  // f = 1 + kappa f^2
+  result.consistency = settled ? Consistency::kSelfConsistent : Consistency::kCurvatureDominated;
+  result.stated_rms_m = settled ? *result.fixed_point_rms_m : result.sum_rms_m;
+  return result;
+}
+
+}  // namespace trammel::inline TRAMMEL_ABI::localise

@@ -1,0 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "trammel/localise/fit_problem_impl.hpp"
+#include "trammel/localise/levenberg_marquardt_impl.hpp"
+#include "trammel/localise/locate_impl.hpp"
+#include "trammel/localise/stated_value_impl.hpp"

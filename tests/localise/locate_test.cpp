@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// The search for motions that explain the observations, and ambiguity.
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "localise/reference_cases.hpp"
+#include "trammel/localise/locate.hpp"
+
+namespace {
+
+using namespace trammel;
+
+double final_height_m(const localise::FitProblem& fit, const Eigen::VectorXd& z) {
+  const double end = fit.trajectory().coordinates.basis().end_s();
+  return fit.trajectory().nominal.position(end).z() +
+         fit.trajectory().coordinates.spline(z).position(end).z();
+}
+
+TEST(Locate, FindsTheReferenceOfTheIndependentNumbers) {
+  localise::LocateSettings settings;
+  settings.minimum_height_m = 0.0;
+  settings.fit.relative_decrease = 1e-15;
+  const localise::Location found = localise::locate(test::descent_scenario(1, 1), settings);
+  ASSERT_EQ(found.status, localise::LocateStatus::kUnique);
+  ASSERT_EQ(found.branches.size(), 1U);
+  const localise::Branch& best = found.branches.front();
+  EXPECT_NEAR(2 * best.minimum.cost, 210.823612, 1e-3);
+  ASSERT_TRUE(best.stated.has_value());
+  EXPECT_NEAR(best.stated->linear_guarantee_rms_m, 255.959147, 1e-3);
+  EXPECT_NEAR(best.stated->stated_rms_m, 556.503405, 0.01);
+  EXPECT_GE(found.starts, 15);
+  EXPECT_GT(found.systems, found.starts);
+}
+
+TEST(Locate, SaysThatAMirroredDescentExplainsTheDataAsWell) {
+  const Scenario scenario = test::descent_scenario(1, 0);
+  const localise::Location found = localise::locate(scenario);
+  EXPECT_EQ(found.status, localise::LocateStatus::kAmbiguous);
+  ASSERT_GE(found.branches.size(), 2U);
+  const localise::FitProblem fit(scenario);
+  EXPECT_NEAR(2 * found.branches[0].minimum.cost, 15.288303, 0.01);
+  EXPECT_LT(final_height_m(fit, found.branches[0].minimum.z), 0.0);  // the false one fits better
+  bool truth_listed = false;
+  for (std::size_t k = 1; k < found.branches.size(); ++k) {
+    const localise::Branch& other = found.branches[k];
+    EXPECT_LT(other.excess_cost, localise::kDecisiveCost);
+    EXPECT_GT(other.distance_m, found.branches[0].stated->linear_guarantee_rms_m);
+    ASSERT_TRUE(other.stated.has_value());
+    EXPECT_GT(other.stated->stated_rms_m, other.stated->linear_guarantee_rms_m);
+    truth_listed = truth_listed || final_height_m(fit, other.minimum.z) > 1000.0;
+  }
+  EXPECT_TRUE(truth_listed);
+}
+
+TEST(Locate, IsSelfConsistentWhereAnglesAreMeasured) {
+  const localise::Location found = localise::locate(test::turn_by_radar());
+  ASSERT_EQ(found.status, localise::LocateStatus::kUnique);
+  const localise::StatedValue& stated = *found.branches.front().stated;
+  EXPECT_EQ(stated.consistency, localise::Consistency::kSelfConsistent);
+  EXPECT_NEAR(stated.stated_rms_m, 18.5168, 0.01);
+}
+
+TEST(Locate, NeedsAReferenceAboveTheFloor) {
+  localise::LocateSettings settings;
+  settings.minimum_height_m = 5000.0;  // the reference flies at this height
+  const localise::Location found = localise::locate(test::descent_scenario(1, 1), settings);
+  EXPECT_EQ(found.status, localise::LocateStatus::kInfeasibleStart);
+  EXPECT_TRUE(found.branches.empty());
+}
+
+}  // namespace
