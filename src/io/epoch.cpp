@@ -18,7 +18,6 @@ namespace chrono = std::chrono;
 
 constexpr std::int64_t kDay_s = 86400;
 constexpr std::int64_t kNanoseconds = 1'000'000'000;
-constexpr int kDecimals = 9;
 
 constexpr std::int64_t day_number(int year, unsigned month, unsigned day) {
   const chrono::year_month_day date{chrono::year{year}, chrono::month{month}, chrono::day{day}};

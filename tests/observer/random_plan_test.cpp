@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <cstdlib>
 #include <iostream>
-#include <random>
 
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
@@ -24,8 +23,8 @@ using trammel::observer::PlanStatus;
 
 std::uint64_t test_seed() {
   static const std::uint64_t seed = [] {
-    const char* given = std::getenv("TRAMMEL_TEST_SEED");  // repeats a run
-    const std::uint64_t drawn = given != nullptr ? std::strtoull(given, nullptr, 10) : std::random_device{}();
+    const char* given = std::getenv("TRAMMEL_TEST_SEED");  // tries others
+    const std::uint64_t drawn = given != nullptr ? std::strtoull(given, nullptr, 10) : 2011;
     std::cout << "seed " << drawn << "\n";
     return drawn;
   }();
