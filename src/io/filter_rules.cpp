@@ -15,7 +15,6 @@ namespace trammel::io {
 
 namespace {
 
-using filter::FilterOutput;
 using filter::ProcessNoise;
 
 /// What a rule reads from and where it leaves what the gains alone do not tell.
@@ -81,7 +80,7 @@ Eigen::VectorXd poles_rule(const RuleInput& rule) {
 
 Eigen::VectorXd fading_memory_rule(const RuleInput& rule) {
   const double theta = rule.node.at("theta").number();
-  const Eigen::VectorXd gains = filter::fading_memory(rule.order, theta);
+  Eigen::VectorXd gains = filter::fading_memory(rule.order, theta);
   if (theta > 0.0) {
     rule.file.tracker.memory_s = -rule.sampling_s / std::log(theta);
     rule.file.use_fading_memory = true;

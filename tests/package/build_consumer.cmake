@@ -18,10 +18,10 @@ if(WAY STREQUAL "installed")
   set(type Release)
 else()
   set(origin "-DTRAMMEL_SOURCE=${SOURCE}")
-  set(type Debug)  # compiles in a quarter of the time, and checks Eigen's assertions
+  set(type Debug)  # checks Eigen's assertions; without symbols it also compiles in a fraction of the time
 endif()
 run("${CMAKE_COMMAND}" -S "${SOURCE}/tests/package/consumer" -B "${WORK}/build" -G "${GENERATOR}"
-  "-DCMAKE_CXX_COMPILER=${COMPILER}" "-DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}" -DCMAKE_BUILD_TYPE=${type} ${origin})
+  "-DCMAKE_CXX_COMPILER=${COMPILER}" "-DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}" -DCMAKE_BUILD_TYPE=${type} -DCMAKE_CXX_FLAGS_DEBUG=-O0 ${origin})
 run("${CMAKE_COMMAND}" --build "${WORK}/build" --parallel 2)
 run("${WORK}/build/consumer_headers")
 run("${WORK}/build/consumer_trammel")

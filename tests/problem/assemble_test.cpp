@@ -204,7 +204,8 @@ TEST(Assemble, TheOrderOfMeasurementsDoesNotMatter) {
   const Eigen::MatrixXd other =
       second.problem.information_factor.transpose() * second.problem.information_factor;
   EXPECT_LT((J - other).norm(), 1e-13 * J.norm());
-  // The misfit of any motion: how it is split between right-hand side and residual is free where J is singular.
+  // The misfit of any motion: how it is split between right-hand side and residual is free where J is
+  // singular.
   const auto misfit = [](const TrajectoryProblem& assembled, const Eigen::VectorXd& z) {
     return (assembled.problem.information_factor * z - assembled.information_rhs).squaredNorm() +
            assembled.information_residual;
