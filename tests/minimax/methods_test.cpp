@@ -8,8 +8,8 @@
 
 #include <gtest/gtest.h>
 
+#include "minimax/random_problem.hpp"
 #include "minimax/solution_laws.hpp"
-#include "trammel/core/random.hpp"
 #include "trammel/linalg/symmetric_eigen.hpp"
 #include "trammel/minimax/conditional_gradient.hpp"
 #include "trammel/minimax/matrix_inequality.hpp"
@@ -29,7 +29,9 @@ using trammel::minimax::Solution;
 using trammel::minimax::solve;
 using trammel::minimax::solve_by_conditional_gradient;
 using trammel::minimax::solve_semidefinite;
+using trammel::test::block_bound;
 using trammel::test::expect_solution_laws;
+using trammel::test::random_matrix;
 
 void expect_intervals_meet(const Solution& left, const Solution& right) {
   constexpr double kRounding = 1e-12;
@@ -42,19 +44,11 @@ GuaranteedProblem random_problem(std::uint64_t seed, Eigen::Index measurements, 
   trammel::RandomStream random(seed);
   const Eigen::Index p = 3 * blocks;
   GuaranteedProblem problem;
-  problem.information_factor.resize(measurements, p);
-  problem.criterion_factor.resize(p + 4, p);
-  for (double& entry : problem.information_factor.reshaped()) {
-    entry = random.normal() / noise;
-  }
-  for (double& entry : problem.criterion_factor.reshaped()) {
-    entry = random.normal();
-  }
+  problem.information_factor = random_matrix(random, measurements, p) / noise;
+  problem.criterion_factor = random_matrix(random, p + 4, p);
   for (Eigen::Index b = 0; b < blocks; ++b) {
-    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(3, p);
-    rows.middleCols(3 * b, 3).diagonal().setConstant(
-        std::pow(ratio_of_bounds, -static_cast<double>(b) / static_cast<double>(blocks)));
-    problem.ellipsoids.push_back(rows);
+    const double share = static_cast<double>(b) / static_cast<double>(blocks);
+    problem.ellipsoids.push_back(block_bound(p, 3 * b, 3, std::pow(ratio_of_bounds, share)));
   }
   return problem;
 }
@@ -175,10 +169,7 @@ TEST(WorstPrior, OneBallIsTheLargestEigenvalueOfAnyMultiplicity) {
     Eigen::VectorXd eigenvalues = Eigen::VectorXd::LinSpaced(6, 0.0, 2.0);
     eigenvalues.tail(multiplicity).setConstant(3.0);
     trammel::RandomStream random(3);
-    Eigen::MatrixXd noise(6, 6);
-    for (double& entry : noise.reshaped()) {
-      entry = random.normal();
-    }
+    const Eigen::MatrixXd noise = random_matrix(random, 6, 6);
     const Eigen::MatrixXd rotation =
         trammel::linalg::SymmetricEigen(noise + noise.transpose()).eigenvectors();
     const Eigen::MatrixXd G = rotation * eigenvalues.asDiagonal() * rotation.transpose();
@@ -193,10 +184,7 @@ TEST(WorstPrior, OneBallIsTheLargestEigenvalueOfAnyMultiplicity) {
 // H_2)^-1/2.
 TEST(WorstPrior, TwoEllipsoidsAreTheoremOne) {
   trammel::RandomStream random(8);
-  Eigen::MatrixXd rows(5, 6);
-  for (double& entry : rows.reshaped()) {
-    entry = random.normal();
-  }
+  const Eigen::MatrixXd rows = random_matrix(random, 5, 6);
   const Eigen::MatrixXd G = rows.transpose() * rows;
   const auto worst = trammel::minimax::worst_prior(Eigen::MatrixXd::Identity(6, 6), {0, 3, 6}, G, 1e-11);
   const auto largest = [&](double t) {

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "minimax/random_problem.hpp"
 #include "minimax/solution_laws.hpp"
 #include "trammel/core/error.hpp"
 #include "trammel/core/random.hpp"
@@ -18,22 +19,9 @@ using trammel::SolveStatus;
 using trammel::minimax::Method;
 using trammel::minimax::Solution;
 using trammel::minimax::solve;
+using trammel::test::block_bound;
 using trammel::test::expect_solution_laws;
-
-Eigen::MatrixXd random_matrix(trammel::RandomStream& random, Eigen::Index rows, Eigen::Index cols) {
-  Eigen::MatrixXd matrix(rows, cols);
-  for (double& entry : matrix.reshaped()) {
-    entry = random.normal();
-  }
-  return matrix;
-}
-
-/// Rows selecting `count` coordinates from `first`, over a bound.
-Eigen::MatrixXd block_bound(Eigen::Index p, Eigen::Index first, Eigen::Index count, double bound) {
-  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(count, p);
-  rows.middleCols(first, count).diagonal().setConstant(1.0 / bound);
-  return rows;
-}
+using trammel::test::random_matrix;
 
 class ZooTest : public testing::TestWithParam<std::string> {};
 

@@ -16,17 +16,12 @@ namespace trammel::inline TRAMMEL_ABI::linalg {
 
 using SparseMatrix = Eigen::SparseMatrix<double>;
 
-/// P A P' = L L' of the lower triangle of A, P a fill-reducing ordering found once per pattern.
+/// P A P' = L L' of the lower triangle of A, P a fill-reducing ordering.
 class SparseCholesky {
  public:
   /// Factorises A, stored by columns with its lower triangle; false where it is not positive definite.
   [[nodiscard]] bool compute(const SparseMatrix& A) {
-    if (A.rows() != size_ || A.nonZeros() != entries_) {
-      solver_.analyzePattern(A);
-      size_ = A.rows();
-      entries_ = A.nonZeros();
-    }
-    solver_.factorize(A);
+    solver_.compute(A);
     return solver_.info() == Eigen::Success;
   }
 
@@ -39,8 +34,6 @@ class SparseCholesky {
 #else
   Eigen::SimplicialLLT<SparseMatrix, Eigen::Lower> solver_;
 #endif
-  Eigen::Index size_ = -1;
-  Eigen::Index entries_ = -1;
 };
 
 }  // namespace trammel::inline TRAMMEL_ABI::linalg

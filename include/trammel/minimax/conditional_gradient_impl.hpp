@@ -4,7 +4,6 @@
 #pragma once
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "trammel/linalg/lu.hpp"
@@ -202,18 +201,9 @@ TRAMMEL_INLINE Solution solve_by_conditional_gradient(const GuaranteedProblem& p
                                                       const SolverSettings& settings,
                                                       ConditionalGradientVariant variant,
                                                       const ProgressObserver& observe) {
-  validate(settings, "settings");
-  const auto start = std::chrono::steady_clock::now();
-  Solution solution;
-  solution.method = Method::kConditionalGradient;
-  solve_reduced(
-      problem,
-      [&](const ReducedProblem& reduced) {
-        return detail::ConditionalGradient(reduced, settings, variant).run(observe);
-      },
-      solution);
-  solution.solve_time_s = seconds_since(start);
-  return solution;
+  return solve_reduced(problem, settings, Method::kConditionalGradient, [&](const ReducedProblem& reduced) {
+    return detail::ConditionalGradient(reduced, settings, variant).run(observe);
+  });
 }
 
 }  // namespace trammel::inline TRAMMEL_ABI::minimax

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -121,6 +120,16 @@ class InequalityWriter {
   sdp::Problem program_;
 };
 
+/// K in reduced coordinates from the variables of the inequality.
+inline Eigen::MatrixXd gain_of(const MatrixInequality& inequality, const Eigen::VectorXd& x) {
+  Eigen::MatrixXd K = Eigen::MatrixXd::Zero(inequality.size, inequality.size);
+  for (std::size_t k = 0; k < inequality.gain_entries.size(); ++k) {
+    const auto [i, j] = inequality.gain_entries[k];
+    K(i, j) = K(j, i) = x[static_cast<Eigen::Index>(k)];
+  }
+  return inequality.basis * K * inequality.basis.transpose();
+}
+
 /// Both bounds from what the general solver returned.
 class SemidefiniteCertificate {
  public:
@@ -144,9 +153,11 @@ class SemidefiniteCertificate {
     result.prior_factor = state_.factor;
     result.gain = state_.gain();
     offer(result.gain, multipliers, result);
+    offer(gain_of(inequality_, solution.x), multipliers, result);
     return result;
   }
 
+ private:
   /// Takes the gain K (q x q) with `multipliers` raised until the inequality holds, where that is better.
   void offer(const Eigen::MatrixXd& gain, const Eigen::VectorXd& multipliers, ReducedSolution& result) const {
     const Eigen::MatrixXd bias =
@@ -173,21 +184,10 @@ class SemidefiniteCertificate {
     }
   }
 
- private:
   const ReducedProblem& reduced_;
   const MatrixInequality& inequality_;
   PriorState state_;
 };
-
-/// K in reduced coordinates from the variables of the inequality.
-inline Eigen::MatrixXd gain_of(const MatrixInequality& inequality, const Eigen::VectorXd& x) {
-  Eigen::MatrixXd K = Eigen::MatrixXd::Zero(inequality.size, inequality.size);
-  for (std::size_t k = 0; k < inequality.gain_entries.size(); ++k) {
-    const auto [i, j] = inequality.gain_entries[k];
-    K(i, j) = K(j, i) = x[static_cast<Eigen::Index>(k)];
-  }
-  return inequality.basis * K * inequality.basis.transpose();
-}
 
 inline Eigen::MatrixXd without_zero_rows(const Eigen::MatrixXd& matrix) {
   std::vector<Eigen::Index> kept;
@@ -265,36 +265,21 @@ TRAMMEL_INLINE MatrixInequality printed_inequality(const GuaranteedProblem& prob
 
 TRAMMEL_INLINE Solution solve_semidefinite(const GuaranteedProblem& problem, const SolverSettings& settings,
                                            const ProgressObserver& observe) {
-  validate(settings, "settings");
-  const auto start = std::chrono::steady_clock::now();
-  Solution solution;
-  solution.method = Method::kSemidefinite;
-  solve_reduced(
-      problem,
-      [&](const ReducedProblem& reduced) {
-        const MatrixInequality inequality = whitened_inequality(reduced);
-        // Objective of order one, and a share of the gap for raising the multipliers.
-        sdp::Settings general;
-        general.tolerance = std::max(1e-13, 0.02 * settings.relative_gap);
-        general.max_iterations = settings.max_iterations;
-        const sdp::Solution answer = sdp::solve(inequality.program, general, observe);
-        detail::SemidefiniteCertificate certificate(reduced, inequality);
-        ReducedSolution result = certificate.make(answer);
-        certificate.offer(
-            detail::gain_of(inequality, answer.x),
-            answer.x.segment(inequality.first_multiplier, static_cast<Eigen::Index>(reduced.ellipsoids()))
-                .cwiseMax(0.0),
-            result);
-        result.iterations = answer.iterations;
-        const double gap = (result.upper - result.lower) / (result.upper + reduced.free_error);
-        result.status = gap <= settings.relative_gap                    ? SolveStatus::kOptimal
-                        : answer.status == sdp::Status::kIterationLimit ? SolveStatus::kIterationLimit
-                                                                        : SolveStatus::kNumericalTrouble;
-        return result;
-      },
-      solution);
-  solution.solve_time_s = seconds_since(start);
-  return solution;
+  return solve_reduced(problem, settings, Method::kSemidefinite, [&](const ReducedProblem& reduced) {
+    const MatrixInequality inequality = whitened_inequality(reduced);
+    // A share of the gap: the rest is room for raising the multipliers.
+    sdp::Settings general;
+    general.tolerance = std::max(1e-13, 0.02 * settings.relative_gap);
+    general.max_iterations = settings.max_iterations;
+    const sdp::Solution answer = sdp::solve(inequality.program, general, observe);
+    ReducedSolution result = detail::SemidefiniteCertificate(reduced, inequality).make(answer);
+    result.iterations = answer.iterations;
+    const double gap = (result.upper - result.lower) / (result.upper + reduced.free_error);
+    result.status = gap <= settings.relative_gap                    ? SolveStatus::kOptimal
+                    : answer.status == sdp::Status::kIterationLimit ? SolveStatus::kIterationLimit
+                                                                    : SolveStatus::kNumericalTrouble;
+    return result;
+  });
 }
 
 }  // namespace trammel::inline TRAMMEL_ABI::minimax

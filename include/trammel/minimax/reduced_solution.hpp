@@ -45,6 +45,12 @@ void solve_reduced(const GuaranteedProblem& problem,
                    const std::function<ReducedSolution(const ReducedProblem&)>& algorithm,
                    Solution& solution);
 
+/// The whole of a method that works in reduced coordinates only: checks the settings, solves and takes the
+/// time.
+[[nodiscard]] Solution solve_reduced(const GuaranteedProblem& problem, const SolverSettings& settings,
+                                     Method method,
+                                     const std::function<ReducedSolution(const ReducedProblem&)>& algorithm);
+
 }  // namespace trammel::inline TRAMMEL_ABI::minimax
 
 #ifndef TRAMMEL_COMPILED

@@ -61,4 +61,16 @@ TRAMMEL_INLINE void solve_reduced(const GuaranteedProblem& problem,
           solution);
 }
 
+TRAMMEL_INLINE Solution
+solve_reduced(const GuaranteedProblem& problem, const SolverSettings& settings, Method method,
+              const std::function<ReducedSolution(const ReducedProblem&)>& algorithm) {
+  validate(settings, "settings");
+  const auto start = std::chrono::steady_clock::now();
+  Solution solution;
+  solution.method = method;
+  solve_reduced(problem, algorithm, solution);
+  solution.solve_time_s = seconds_since(start);
+  return solution;
+}
+
 }  // namespace trammel::inline TRAMMEL_ABI::minimax

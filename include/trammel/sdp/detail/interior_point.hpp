@@ -10,6 +10,7 @@
 #include <deque>
 #include <limits>
 #include <optional>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -37,7 +38,7 @@ class InteriorPoint {
         observe_(observe),
         cost_(model.cost.cast<Scalar>()),
         diagonal_(model.diagonal),
-        system_(equation_matrix(model), schur_density(model)) {
+        system_(equation_matrix(model), std::is_same_v<Scalar, double> ? schur_density(model) : 1.0) {
     for (const DenseData& data : model.dense) {
       dense_.emplace_back(data);
     }
