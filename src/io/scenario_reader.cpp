@@ -163,20 +163,60 @@ Station read_station(const Node& node, const std::vector<double>& knots_s, const
   return station;
 }
 
+double read_size(const Node& node) {
+  const double value = node.number();
+  if (value < 0.0) {
+    node.fail(node.describe(), "a number of at least 0");
+  }
+  return value;
+}
+
+/// How far the true motion may be from the class of motions that the bounds describe.
+localise::ModelError read_model_error(const Node& bounds, const std::vector<double>& knots_s) {
+  using localise::ModelError;
+  ModelError error;
+  const Node* jerk = bounds.find("jerk_mps3");
+  const Node* position = bounds.find("model_error_m");
+  const Node* velocity = bounds.find("model_error_mps");
+  const Node* kind = bounds.find("model_error_kind");
+  if (jerk != nullptr) {
+    for (const Node* other : {position, velocity}) {
+      if (other != nullptr) {
+        other->fail("it beside jerk_mps3", "one of the two");
+      }
+    }
+    double longest = 0.0;
+    for (std::size_t i = 1; i < knots_s.size(); ++i) {
+      longest = std::max(longest, knots_s[i] - knots_s[i - 1]);
+    }
+    error = localise::model_error_from_jerk(read_size(*jerk), longest);
+  }
+  error.position_m = position != nullptr ? read_size(*position) : error.position_m;
+  error.velocity_mps = velocity != nullptr ? read_size(*velocity) : error.velocity_mps;
+  if (kind != nullptr) {
+    if (jerk == nullptr && position == nullptr && velocity == nullptr) {
+      kind->fail("a kind of no model error", "jerk_mps3 or model_error_m beside it");
+    }
+    error.kind =
+        kind->choice({"ellipsoid", "box"}) == "box" ? ModelError::Kind::kBox : ModelError::Kind::kEllipsoid;
+  }
+  return error;
+}
+
 void read_solver(const Node& node, ScenarioInput& input) {
-  minimax::SolverSettings& solver = input.settings.solver;
+  minimax::SolverSettings& solver = input.settings.estimate.solver;
   if (const Node* method = node.find("method")) {
-    input.settings.method.method =
+    input.settings.estimate.method.method =
         minimax::method_of(method->choice({"structured", "sdp", "conditional-gradient"}));
   }
   if (const Node* variant = node.find("variant")) {
     using minimax::ConditionalGradientVariant;
-    if (input.settings.method.method != minimax::RequestedMethod::kConditionalGradient) {
+    if (input.settings.estimate.method.method != minimax::RequestedMethod::kConditionalGradient) {
       variant->fail("a variant of another method", "method = \"conditional-gradient\" beside it");
     }
-    input.settings.method.variant = variant->choice({"fully-corrective", "plain"}) == "plain"
-                                        ? ConditionalGradientVariant::kPlain
-                                        : ConditionalGradientVariant::kFullyCorrective;
+    input.settings.estimate.method.variant = variant->choice({"fully-corrective", "plain"}) == "plain"
+                                                 ? ConditionalGradientVariant::kPlain
+                                                 : ConditionalGradientVariant::kFullyCorrective;
   }
   if (const Node* gap = node.find("relative_gap")) {
     solver.relative_gap = gap->number();
@@ -193,7 +233,13 @@ void read_solver(const Node& node, ScenarioInput& input) {
     solver.max_iterations = static_cast<int>(count);
   }
   if (const Node* relinearise = node.find("relinearise")) {
-    input.relinearise = relinearise->boolean();
+    input.settings.relinearise = relinearise->boolean();
+  }
+  if (const Node* cross_fit = node.find("cross_fit")) {
+    input.settings.cross_fit = cross_fit->boolean();
+    if (input.settings.cross_fit && !input.settings.relinearise) {
+      cross_fit->fail("true beside relinearise = false", "one of the two");
+    }
   }
 }
 
@@ -213,6 +259,10 @@ ScenarioInput read_scenario(const Document& document, Observations wanted) {
   scenario.bounds.velocity_mps = read_bound(bounds.at("velocity_mps"));
   scenario.bounds.acceleration_mps2 =
       read_acceleration_bounds(bounds.at("acceleration_mps2"), scenario.segments());
+  if (const Node* height = bounds.find("minimum_height_m")) {
+    input.settings.minimum_height_m = height->number();
+  }
+  input.settings.model_error = read_model_error(bounds, scenario.knots_s);
   if (const Node* criterion = root.find("criterion")) {
     scenario.criterion = read_criterion(*criterion, scenario.knots_s);
   }

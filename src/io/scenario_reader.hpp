@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "trammel/estimate/trajectory_estimate.hpp"
+#include "trammel/localise/flight_estimate.hpp"
 #include "trammel/problem/scenario.hpp"
 
 namespace trammel::io {
@@ -23,8 +23,7 @@ struct InputFile {
 /// A scenario and what its file says about how to solve it.
 struct ScenarioInput {
   Scenario scenario;
-  estimate::EstimateSettings settings;
-  bool relinearise = false;  ///< solver.relinearise
+  localise::FlightSettings settings;
   std::vector<InputFile> inputs;
 };
 
@@ -43,11 +42,14 @@ enum class Observations {
 /// [nominal]      position_m = [3], velocity_mps = [3] | file = "path.csv"
 /// [bounds]       position_m, velocity_mps, acceleration_mps2 = radius | [3 semi-axes]
 ///                acceleration_mps2 also one of these per segment; three numbers are semi-axes
+///                minimum_height_m = the path stays above; jerk_mps3 = bound on the true motion's jerk, or
+///                model_error_m, model_error_mps = how far it may be from a motion within the bounds, with
+///                model_error_kind = "ellipsoid" (root mean square) | "box" (at every time)
 /// [criterion]    kind = "integral" | "times" | "window" | "final", times_s = [..], window_s = [begin, end]
 /// [[station]]    name, kind, position_m = [3], covariance = [[..]], times_s = [..] | {start, stop, step}
 /// [observations] file = "measurements.csv"               # optional
 /// [solver]       method = "structured" | "sdp" | "conditional-gradient", relative_gap, max_iterations,
-///                relinearise
+///                relinearise = true | false, cross_fit = false | true
 /// ```
 /// Files are relative to the scenario's folder. A station needs times_s unless there are observations, and
 /// position_m unless its kind is "position" (where it is the origin of the coordinates it reports).

@@ -14,6 +14,7 @@
 #include "commands.hpp"
 #include "terminal_progress.hpp"
 #include "trammel/estimate/trajectory_estimate.hpp"
+#include "trammel/localise/flight_estimate.hpp"
 
 namespace trammel::program {
 
@@ -29,10 +30,10 @@ struct EstimateOptions {
   bool monte_carlo = false;
 };
 
-ExitCode exit_code(SolveStatus status) {
-  switch (status) {
+ExitCode exit_code(const report::ReportInput& result) {
+  switch (result.estimate.solution.status) {
     case SolveStatus::kOptimal:
-      return kSolved;
+      return report::outcome(result).solved ? kSolved : kNotConverged;
     case SolveStatus::kUnbounded:
       return kUnbounded;
     case SolveStatus::kIterationLimit:
@@ -55,23 +56,28 @@ int run(const EstimateOptions& options) {
     io::create_folder(options.folder);  // before the work, so that a wrong folder does not waste it
   }
   if (options.bounds_only) {
-    input.settings.near_optimality.reset();
+    input.settings.estimate.near_optimality.reset();
   } else {
-    input.settings.near_optimality->monte_carlo = options.monte_carlo;
+    input.settings.estimate.near_optimality->monte_carlo = options.monte_carlo;
   }
-  estimate::TrajectoryEstimate estimate;
+  localise::FlightEstimate flight;
   {
     TerminalProgress progress;
-    estimate = estimate::estimate_trajectory(input.scenario, input.settings, progress.observer());
+    if (options.design_only) {
+      flight.estimate =
+          estimate::estimate_trajectory(input.scenario, input.settings.estimate, progress.observer());
+      flight.estimate.observed.reset();
+    } else {
+      flight = localise::estimate_flight(input.scenario, input.settings, progress.observer());
+    }
   }
-  if (options.design_only) {
-    estimate.observed.reset();
-  }
+  const estimate::TrajectoryEstimate& estimate = flight.estimate;
   std::optional<report::TruthComparison> comparison;
   if (truth) {
     comparison = report::compare_with_truth(input.scenario, estimate, *truth);
   }
-  const report::ReportInput result{input, estimate, comparison ? &*comparison : nullptr};
+  const report::ReportInput result{input, estimate, comparison ? &*comparison : nullptr,
+                                   flight.statement ? &*flight.statement : nullptr};
   const std::string json = io::dump(report::result_json(result));
   const std::filesystem::path folder(options.folder);
   if (!options.folder.empty()) {
@@ -79,6 +85,12 @@ int run(const EstimateOptions& options) {
     io::write_atomically(folder / "trajectory.csv", report::trajectory_csv(estimate));
     if (estimate.worst_case_theta.size() > 0) {
       io::write_atomically(folder / report::kWorstCaseFile, report::worst_case_csv(estimate));
+    }
+    if (flight.statement) {
+      for (std::size_t k = 0; k < flight.statement->competing.size(); ++k) {
+        io::write_atomically(folder / report::competing_file(k),
+                             report::competing_csv(flight.statement->competing[k]));
+      }
     }
     io::write_atomically(folder / "report.html", report::report_html(result));
   }
@@ -93,7 +105,7 @@ int run(const EstimateOptions& options) {
     }
   }
   std::cout.flush();
-  return exit_code(estimate.solution.status);
+  return exit_code(result);
 }
 
 void add(CLI::App& app, Action& action, bool design_only) {

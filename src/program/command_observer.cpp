@@ -96,7 +96,7 @@ int run_compare(const ObserverOptions& options) {
   {
     TerminalProgress progress;
     comparison = in_file(options.file, [&] {
-      return observer::compare(input.candidates, input.base.settings, progress.observer());
+      return observer::compare(input.candidates, input.base.settings.estimate, progress.observer());
     });
   }
   const io::Json json = report::comparison_json(input, comparison);

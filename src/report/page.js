@@ -12,8 +12,15 @@ function writeTop() {
     data.status.solved ? data.status.cause + "." : data.status.cause + ". What to do: " + data.status.remedy + ".");
   const n = data.numbers;
   const cards = byId("cards");
-  cards.append(card("Guaranteed rms error", n.guaranteed_rms, "m",
-    "proved upper bound, for every motion within the bounds", true));
+  const stated = data.statement;
+  if (stated) {
+    cards.append(card(stated.ambiguous ? "If solution 1 is true" : "Stated rms error",
+      stated.ambiguous ? stated.conditional_rms : stated.stated_rms, "m", stated.ambiguous
+        ? "no single value: the data are ambiguous"
+        : "linear guarantee, curvature of the measurements and model error together", true));
+  }
+  cards.append(card(stated ? "Linear guarantee" : "Guaranteed rms error", n.guaranteed_rms, "m",
+    "proved upper bound, for every motion within the bounds" + (stated ? ", measurements linearised" : ""), !stated));
   cards.append(card("Lower bound", n.lower_bound_rms, "m", "no linear estimator can guarantee less"));
   cards.append(card("Gauss\u2013Markov rms error", n.gauss_markov_rms, "m",
     n.gauss_markov_rms === "infinity" ? "measurements alone do not fix the motion" : "measurements alone, bounds not used"));
@@ -26,6 +33,32 @@ function writeTop() {
   for (const text of data.assumptions) byId("assumptions").append(element("li", {}, text));
 }
 
+/// Where the stated error comes from, and the solutions when there are several.
+function writeStatement() {
+  const s = data.statement;
+  const table = element("table", {class: "plain"});
+  const row = cells => table.append(element("tr", {}, ...cells));
+  const metres = value => isNumber(value) ? number(value) + " m" : "no bound";
+  if (s.solutions.length > 0) {
+    row(["solution", "its stated rms error", "rms distance from 1", "explains the data worse by"].map(t => element("th", {}, t)));
+    row(["1", metres(s.conditional_rms), "", ""].map(t => element("td", {}, t)));
+    s.solutions.forEach((other, k) => row([String(k + 2), metres(other.stated_rms), metres(other.distance),
+      number(other.excess_cost, 3)].map(t => element("td", {}, t))));
+    byId("statement-note").textContent = "Each error holds only if that solution is the true one. \u201cWorse by\u201d is the " +
+      "difference of twice the log likelihood, bounds included; below 16 the data do not decide.";
+  } else {
+    const parts = [["linear guarantee", s.linear], ["curvature of the measurements", s.curvature], ["model error", s.model_error]];
+    for (const [name, value] of parts) row([element("th", {}, name), element("td", {}, metres(value))]);
+    row([element("th", {}, "stated"), element("td", {}, metres(s.stated_rms))]);
+    byId("statement-note").textContent = {
+      self_consistent: "Stated is where the sum settles when the tube around the path is widened by it: at least the sum of the parts.",
+      curvature_dominated: "Stated is the sum of the parts. The curvature is too large for the tube around the path to confirm itself.",
+      no_bound: "A remainder could not be bounded: nothing is stated.",
+    }[s.consistency];
+  }
+  byId("statement").append(table);
+}
+
 // ---- curves -------------------------------------------------------------------------------------------
 
 const styles = () => ({
@@ -33,8 +66,14 @@ const styles = () => ({
   estimate: {label: "guaranteed estimate", stroke: css("--estimate"), width: 2, dash: []},
   gauss_markov: {label: "Gauss\u2013Markov", stroke: css("--gauss"), width: 1.6, dash: [7, 4]},
   nominal: {label: "reference (nominal)", stroke: css("--nominal"), width: 1.5, dash: [2, 4]},
+  ...Object.fromEntries((data.statement ? data.statement.solutions : []).map((_, k) => ["solution " + (k + 2),
+    {label: "solution " + (k + 2), stroke: css("--second"), width: 1.6, dash: [10, 3, 2, 3]}])),
 });
-const paths = () => ["truth", "nominal", "gauss_markov", "estimate"].filter(name => data.grid[name]);
+(data.statement ? data.statement.solutions : []).forEach((s, k) => {
+  if (s.path) data.grid["solution " + (k + 2)] = s.path;
+});
+const paths = () => ["truth", "nominal", "gauss_markov", "estimate"].filter(name => data.grid[name])
+  .concat(data.statement ? data.statement.solutions.map((_, k) => "solution " + (k + 2)).filter(name => data.grid[name]) : []);
 
 function drawPlan(box) {
   const shown = paths();
@@ -240,5 +279,10 @@ function drawAll() {
   }
 }
 
-startPage(() => { writeTop(); writeFacts(); }, drawAll);
+startPage(() => {
+  writeTop();
+  if (data.statement) writeStatement();
+  byId("statement-section").hidden = !data.statement;
+  writeFacts();
+}, drawAll);
 })();

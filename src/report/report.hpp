@@ -5,25 +5,37 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "../io/json_output.hpp"
 #include "../io/scenario_reader.hpp"
 #include "trammel/estimate/trajectory_estimate.hpp"
+#include "trammel/localise/flight_estimate.hpp"
 #include "truth_comparison.hpp"
 
 namespace trammel::report {
-
-/// Second-order remainder, in sigma, from which a linear model is no longer called good: a tenth of the
-/// noise adds half a per cent to the rms.
-inline constexpr double kSmallLinearisationRatio = 0.1;
 
 /// What a report is made of.
 struct ReportInput {
   const io::ScenarioInput& scenario;
   const estimate::TrajectoryEstimate& estimate;
-  const TruthComparison* truth = nullptr;  ///< null: not given
+  const TruthComparison* truth = nullptr;          ///< null: not given
+  const localise::Statement* statement = nullptr;  ///< null: no observations, or nothing is bounded
 };
+
+/// How a result ended, in the words of result.json, the terminal and the page.
+struct Outcome {
+  std::string_view name;    ///< that of the solver's status, or "ambiguous"
+  std::string_view cause;   ///< what happened
+  std::string_view remedy;  ///< what to do about it
+  bool solved = false;      ///< a single value is stated as asked for
+};
+
+[[nodiscard]] Outcome outcome(const ReportInput& input);
+
+/// A number for a reader: `digits` significant ones.
+[[nodiscard]] std::string rounded(double value, int digits = 4);
 
 /// "averaged over the whole flight, 0 to 160 s".
 [[nodiscard]] std::string describe_criterion(const Scenario& scenario);

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "../io/csv.hpp"
 #include "../io/measurement_csv.hpp"
@@ -16,12 +15,6 @@ namespace {
 
 using estimate::TrajectoryEstimate;
 using io::Json;
-
-std::string rounded(double value, int digits = 4) {
-  std::array<char, 32> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), "%.*g", digits, value);
-  return buffer.data();
-}
 
 /// Like to_json, with the word "infinity" for what is proved unbounded.
 Json number_or_word(double value) { return std::isinf(value) ? Json("infinity") : io::to_json(value); }
@@ -60,12 +53,42 @@ std::string acceleration_text(const std::vector<Eigen::Vector3d>& bounds) {
   return equal ? bound_text(bounds.front(), "m/s\u00b2") : "within the bound given for each segment";
 }
 
+/// What is stated about the nonlinear measurements, in a sentence; empty where nothing is.
+std::string stated_meaning(const ReportInput& input) {
+  if (input.statement == nullptr) {
+    return "";
+  }
+  const localise::Statement& statement = *input.statement;
+  if (statement.ambiguous) {
+    return "The data are ambiguous: motions too far apart explain them nearly equally well, so no single "
+           "error is "
+           "stated. What follows holds only if the first of the solutions below is the true one. ";
+  }
+  if (!std::isfinite(statement.stated_rms_m)) {
+    return "No error can be stated: what linearising the measurements leaves out could not be bounded. The "
+           "linear guarantee alone is not honest here. ";
+  }
+  return "The position error of this estimate, " + describe_criterion(input.scenario.scenario) +
+         ", is stated as at most " + rounded(statement.stated_rms_m) +
+         " m rms: " + rounded(statement.linear_guarantee_rms_m) +
+         " m guaranteed for measurements linearised about the " +
+         (statement.independence == localise::Independence::kFixedReference ? "reference path"
+                                                                            : "path fitted to them") +
+         ", " + rounded(statement.curvature_rms_m) + " m for their curvature, " +
+         rounded(statement.model_error_rms_m) + " m for the model error" +
+         (statement.consistency == localise::Consistency::kSelfConsistent
+              ? " (self-consistent: widening the tube by this value settles there). "
+              : ". Curvature dominates: the tube around the path does not confirm itself. ");
+}
+
 std::string meaning(const ReportInput& input) {
   const TrajectoryEstimate& estimate = input.estimate;
   if (estimate.solution.status == SolveStatus::kUnbounded || !std::isfinite(estimate.guaranteed_rms_m)) {
     return "No finite error can be guaranteed: see the status above.";
   }
-  std::string text = "Whatever the aircraft did within the bounds, the position error of this estimate, " +
+  std::string text = stated_meaning(input) +
+                     (input.statement != nullptr ? "For the linearised measurements: whatever" : "Whatever") +
+                     " the aircraft did within the bounds, the position error of this estimate, " +
                      describe_criterion(input.scenario.scenario) + ", is at most " +
                      rounded(estimate.guaranteed_rms_m) +
                      " m rms. No estimator that is linear in the "
@@ -96,9 +119,15 @@ Json assumptions(const ReportInput& input) {
   list.push_back(
       "Measurement errors have mean zero and the covariances stated, and are uncorrelated between "
       "measurements. Nothing else is assumed about their distribution.");
-  list.push_back(
-      "Measurements are linear in the deviation (linearised about the reference); how well that holds "
-      "is the linearisation ratio below.");
+  if (input.statement != nullptr) {
+    list.push_back(localise::describe_proved(*input.statement));
+    for (std::string& sentence :
+         localise::describe_assumed(*input.statement, input.scenario.settings.model_error)) {
+      list.push_back(std::move(sentence));
+    }
+  } else {
+    list.push_back("Measurements are linear in the deviation (linearised about the reference).");
+  }
   list.push_back(
       "\u201crms\u201d is the root of the mean, over the measurement errors, of the squared distance in "
       "three "
@@ -239,6 +268,29 @@ Eigen::Index count_components(const TrajectoryEstimate& estimate) {
   return count;
 }
 
+/// What the page shows of the stated value; null where there is none.
+Json statement(const ReportInput& input) {
+  if (input.statement == nullptr) {
+    return nullptr;
+  }
+  const localise::Statement& statement = *input.statement;
+  Json json = {{"ambiguous", statement.ambiguous},
+               {"consistency", to_string(statement.consistency)},
+               {"stated_rms", number_or_word(statement.stated_rms_m)},
+               {"conditional_rms", number_or_word(statement.conditional_rms_m)},
+               {"linear", io::to_json(statement.linear_guarantee_rms_m)},
+               {"curvature", io::to_json(statement.curvature_rms_m)},
+               {"model_error", io::to_json(statement.model_error_rms_m)},
+               {"solutions", Json::array()}};
+  for (const localise::CompetingSolution& other : statement.competing) {
+    json["solutions"].push_back({{"excess_cost", io::to_json(other.excess_cost)},
+                                 {"distance", io::to_json(other.distance_m)},
+                                 {"stated_rms", number_or_word(other.stated_rms_m)},
+                                 {"path", columns(other.path.position_m)}});
+  }
+  return json;
+}
+
 Json facts(const ReportInput& input) {
   const TrajectoryEstimate& estimate = input.estimate;
   const Scenario& scenario = input.scenario.scenario;
@@ -270,7 +322,19 @@ Json facts(const ReportInput& input) {
   if (estimate.observed) {
     const estimate::Linearisation& linearisation = estimate.observed->linearisation;
     add("linearisation ratio", rounded(linearisation.ratio, 3) + " sigma at most, " +
-                                   std::to_string(linearisation.iterations) + " relinearisations");
+                                   (linearisation.iterations > 0 ? "about the path fitted to the data"
+                                                                 : "about the reference path"));
+  }
+  if (input.statement != nullptr) {
+    const localise::Statement& statement = *input.statement;
+    add("stated value", io::shortest(statement.linear_guarantee_rms_m) + " m linear + " +
+                            io::shortest(statement.curvature_rms_m) + " m curvature + " +
+                            io::shortest(statement.model_error_rms_m) + " m model error, kappa " +
+                            rounded(statement.kappa, 6) + ", " +
+                            std::string(to_string(statement.consistency)));
+    add("path linearised about", std::string(to_string(statement.independence)) + ", " +
+                                     std::to_string(statement.starts) + " starts, " +
+                                     std::to_string(statement.systems) + " linear systems");
   }
   add("library version", kVersion);
   return list;
@@ -309,17 +373,24 @@ std::vector<std::string> warnings(const ReportInput& input) {
     list.push_back("No measured values: the numbers are those of the planned measurements.");
     return list;
   }
-  const double ratio = estimate.observed->linearisation.ratio;
-  if (ratio > kSmallLinearisationRatio) {
-    list.push_back(
-        "The linear model is not good here: what linearising about the reference leaves out reaches " +
-        rounded(ratio, 3) + " sigma of a measurement (small means below " +
-        rounded(kSmallLinearisationRatio) +
-        "). The guarantee holds for the linear model only; take a reference closer to the flight.");
-  }
-  if (input.scenario.relinearise && estimate.observed->linearisation.iterations == 0) {
-    list.push_back(
-        "Relinearisation was asked for and not made: this result is linearised about the reference.");
+  if (input.statement != nullptr && !input.statement->ambiguous) {
+    const localise::Statement& statement = *input.statement;
+    switch (statement.consistency) {
+      case localise::Consistency::kSelfConsistent:
+        break;
+      case localise::Consistency::kCurvatureDominated:
+        list.push_back(
+            "Curvature dominates the stated value (" + rounded(statement.kappa, 3) +
+            " of the linear guarantee; self-consistent means at most 0.25): the linear guarantee alone "
+            "is not honest, and the stated value rests on the search having found the right path.");
+        break;
+      case localise::Consistency::kNoBound:
+        list.push_back(
+            "No error is stated: the estimate may be so far from the path linearised about, compared with "
+            "the "
+            "distance to a station, that the remainder of a measurement cannot be bounded.");
+        break;
+    }
   }
   const auto components = static_cast<double>(count_components(estimate));
   constexpr double kUnlikely = 6.0;  // standard deviations of chi-squared above its mean
@@ -334,14 +405,12 @@ std::vector<std::string> warnings(const ReportInput& input) {
 
 Json report_data(const ReportInput& input) {
   const TrajectoryEstimate& estimate = input.estimate;
-  const StatusText& status = describe(estimate.solution.status);
+  const Outcome status = outcome(input);
   const auto& observed = estimate.observed;
   Json data;
   data["title"] = input.scenario.scenario.title;
-  data["status"] = {{"name", status.name},
-                    {"cause", status.cause},
-                    {"remedy", status.remedy},
-                    {"solved", estimate.solution.status == SolveStatus::kOptimal}};
+  data["status"] = {
+      {"name", status.name}, {"cause", status.cause}, {"remedy", status.remedy}, {"solved", status.solved}};
   data["numbers"] = {{"guaranteed_rms", number_or_word(estimate.guaranteed_rms_m)},
                      {"lower_bound_rms", number_or_word(estimate.lower_bound_rms_m)},
                      {"gauss_markov_rms", number_or_word(estimate.gauss_markov_rms_m)},
@@ -349,6 +418,7 @@ Json report_data(const ReportInput& input) {
                      {"actual_rms", io::to_json(input.truth != nullptr ? input.truth->estimate_rms_m : NAN)},
                      {"chi2", io::to_json(observed ? observed->chi2 : NAN)},
                      {"components", count_components(estimate)}};
+  data["statement"] = statement(input);
   data["meaning"] = meaning(input);
   data["warnings"] = warnings(input);
   data["assumptions"] = assumptions(input);

@@ -54,6 +54,68 @@ std::vector<std::vector<double>> path_rows(const std::vector<double>& times_s, c
   return rows;
 }
 
+/// What the result states about nonlinear measurements.
+void add_statement(const ReportInput& input, Json& json) {
+  const localise::Statement& statement = *input.statement;
+  const localise::FlightSettings& settings = input.scenario.settings;
+  const localise::ModelError& model_error = settings.model_error;
+  const bool fitted = statement.independence != localise::Independence::kFixedReference;
+  const auto optional = [](const std::optional<double>& value) {
+    return value ? Json(*value) : Json(nullptr);
+  };
+  json["stated_rms_m"] = io::to_json(statement.stated_rms_m);
+  json["stated_rms_fixed_point_m"] =
+      statement.ambiguous ? Json(nullptr) : optional(statement.fixed_point_rms_m);
+  json["conditional_rms_m"] = io::to_json(statement.conditional_rms_m);
+  json["linear_guarantee_rms_m"] = io::to_json(statement.linear_guarantee_rms_m);
+  json["curvature_rms_m"] = io::to_json(statement.curvature_rms_m);
+  json["curvature_lower_rms_m"] = io::to_json(statement.curvature_lower_rms_m);
+  json["model_error_rms_m"] = io::to_json(statement.model_error_rms_m);
+  json["kappa"] = io::to_json(statement.kappa);
+  json["consistency"] = to_string(statement.consistency);
+  json["independence"] = to_string(statement.independence);
+  json["model_error"] = {
+      {"position_m", model_error.position_m},
+      {"velocity_mps", model_error.velocity_mps},
+      {"kind", model_error.kind == localise::ModelError::Kind::kBox ? "box" : "ellipsoid"}};
+  json["reference"] = {{"method", fitted ? "barrier_fit" : "given"},
+                       {"observations", input.estimate.observations}};
+  if (fitted) {
+    json["reference"]["barrier_weight"] = localise::kStrongBarrier;
+    json["reference"]["minimum_height_m"] = optional(settings.minimum_height_m);
+    json["reference"]["starts"] = statement.starts;
+    json["reference"]["linear_systems"] = statement.systems;
+    json["reference"]["cost"] = io::to_json(statement.reference_cost);
+    json["reference"]["chi2"] = io::to_json(statement.reference_chi2);
+  }
+  json["tube"] = {
+      {"factor", localise::kTubeFactor},
+      {"rms_m", io::to_json(Eigen::Map<const Eigen::VectorXd>(
+                    statement.tube_m.data(), static_cast<Eigen::Index>(statement.tube_m.size())))}};
+  json["floor_test"] = Json::array();
+  for (const localise::FloorTest& test : statement.floor_tests) {
+    json["floor_test"].push_back({{"height_m", test.height_m},
+                                  {"cost_difference", io::to_json(test.excess_cost)},
+                                  {"distance_m", io::to_json(test.distance_m)}});
+  }
+  json["competing_solutions"] = Json::array();
+  for (std::size_t k = 0; k < statement.competing.size(); ++k) {
+    const localise::CompetingSolution& other = statement.competing[k];
+    json["competing_solutions"].push_back(
+        {{"cost_difference", io::to_json(other.excess_cost)},
+         {"distance_m", io::to_json(other.distance_m)},
+         {"chi2", io::to_json(other.chi2)},
+         {"found_by", other.from_floor_test ? "floor_test" : "search"},
+         {"linear_guarantee_rms_m", io::to_json(other.linear_guarantee_rms_m)},
+         {"stated_rms_m", io::to_json(other.stated_rms_m)},
+         {"file", competing_file(k)}});
+  }
+  json["proved"] = localise::describe_proved(statement);
+  json["assumed"] = localise::describe_assumed(statement, model_error);
+}
+
+std::string rounded_metres(double value) { return std::isfinite(value) ? rounded(value) + " m" : "no bound"; }
+
 std::string metres(double value) { return std::isinf(value) ? "unbounded" : io::shortest(value) + " m"; }
 
 }  // namespace
@@ -62,7 +124,7 @@ Json result_json(const ReportInput& input) {
   const TrajectoryEstimate& estimate = input.estimate;
   Json json;
   json["title"] = input.scenario.scenario.title;
-  json["status"] = describe(estimate.solution.status).name;
+  json["status"] = outcome(input).name;
   json["claim"] = to_string(estimate.solution.claim);
   json["claim_covers"] = kClaimCovers;
   json["inflation"] = io::to_json(estimate.certificate.inflation);
@@ -103,6 +165,9 @@ Json result_json(const ReportInput& input) {
                              {"iterations", observed.linearisation.iterations},
                              {"converged", observed.linearisation.converged}};
   }
+  if (input.statement != nullptr) {
+    add_statement(input, json);
+  }
   if (input.truth != nullptr) {
     json["truth"] = {{"actual_rms_error_m", io::to_json(input.truth->estimate_rms_m)},
                      {"actual_gauss_markov_rms_error_m", io::to_json(input.truth->gauss_markov_rms_m)}};
@@ -130,9 +195,44 @@ std::string worst_case_csv(const TrajectoryEstimate& estimate) {
   return io::format_csv({"t_s", "x_m", "y_m", "z_m", "vx_mps", "vy_mps", "vz_mps"}, rows);
 }
 
+std::string competing_csv(const localise::CompetingSolution& solution) {
+  return io::format_csv(
+      {"t_s", "x_m", "y_m", "z_m", "vx_mps", "vy_mps", "vz_mps"},
+      path_rows(solution.path.times_s, solution.path.position_m, solution.path.velocity_mps));
+}
+
+std::string competing_file(std::size_t index) { return "competing_" + std::to_string(index + 2) + ".csv"; }
+
+namespace {
+
+/// "16.5 m = 16.1 m linear guarantee + 0.1 m curvature + 0.3 m model error".
+std::string stated(double value, const localise::Statement& statement) {
+  std::string text = rounded_metres(value) + " (" + rounded_metres(statement.linear_guarantee_rms_m) +
+                     " linear + " + rounded_metres(statement.curvature_rms_m) + " curvature + " +
+                     rounded_metres(statement.model_error_rms_m) + " model error";
+  if (statement.consistency == localise::Consistency::kSelfConsistent) {
+    text += ", settled";
+  }
+  return text + ")";
+}
+
+std::string consistency_words(const localise::Statement& statement) {
+  switch (statement.consistency) {
+    case localise::Consistency::kSelfConsistent:
+      return "self-consistent";
+    case localise::Consistency::kCurvatureDominated:
+      return "dominated by curvature";
+    case localise::Consistency::kNoBound:
+      break;
+  }
+  return "no bound";
+}
+
+}  // namespace
+
 std::string summary(const ReportInput& input) {
   const TrajectoryEstimate& estimate = input.estimate;
-  const StatusText& status = describe(estimate.solution.status);
+  const Outcome status = outcome(input);
   std::string text = input.scenario.scenario.title + (input.scenario.scenario.title.empty() ? "" : "\n");
   const auto line = [&](std::string name, const std::string& value) {
     constexpr std::size_t kNameWidth = 24;
@@ -140,11 +240,28 @@ std::string summary(const ReportInput& input) {
     text += name + value + "\n";
   };
   line("status", std::string(status.name) + ": " + std::string(status.cause));
-  if (estimate.solution.status != SolveStatus::kOptimal) {
+  if (!status.solved) {
     line("what to do", std::string(status.remedy));
   }
-  line("guaranteed rms error", metres(estimate.guaranteed_rms_m) + " (" + proof(estimate) + "), " +
-                                   describe_criterion(input.scenario.scenario));
+  if (const localise::Statement* statement = input.statement; statement != nullptr) {
+    if (statement->ambiguous) {
+      line("stated rms error", "none: the data are ambiguous");
+      line("if solution 1 is true", stated(statement->conditional_rms_m, *statement));
+      for (std::size_t k = 0; k < statement->competing.size(); ++k) {
+        const localise::CompetingSolution& other = statement->competing[k];
+        line("if solution " + std::to_string(k + 2) + " is true",
+             rounded_metres(other.stated_rms_m) + "; " + rounded_metres(other.distance_m) +
+                 " rms away, twice the log likelihood lower by " + rounded(other.excess_cost));
+      }
+    } else {
+      line("stated rms error", stated(statement->stated_rms_m, *statement) + ", " +
+                                   consistency_words(*statement) + " (kappa " + rounded(statement->kappa, 3) +
+                                   ")");
+    }
+  }
+  line(input.statement != nullptr ? "linear guarantee" : "guaranteed rms error",
+       metres(estimate.guaranteed_rms_m) + " (" + proof(estimate) + "), " +
+           describe_criterion(input.scenario.scenario));
   line("lower bound", metres(estimate.lower_bound_rms_m) + " (" + proof(estimate) +
                           ": no linear estimator guarantees less)");
   if (!estimate.certificate.remark.empty()) {
@@ -156,6 +273,11 @@ std::string summary(const ReportInput& input) {
   line("Gauss-Markov rms error", metres(estimate.gauss_markov_rms_m) + " (measurements alone)");
   line("prior rms error", metres(estimate.prior_rms_m) + " (bounds alone)");
   if (estimate.observed) {
+    if (input.statement != nullptr && input.statement->starts > 0) {
+      line("linearised about", "the path fitted to the data (" + std::to_string(input.statement->starts) +
+                                   " starts, " + std::to_string(input.statement->systems) +
+                                   " linear systems)");
+    }
     line("linearisation ratio", io::shortest(estimate.observed->linearisation.ratio) + " sigma");
     line("chi2", io::shortest(estimate.observed->chi2));
   }

@@ -26,7 +26,12 @@ inline constexpr const char* kClaimCovers =
 /// lambda_m2, solve_time_s, library_version, inputs; where unbounded also unbounded_directions. Where the
 /// worst motion was found: worst_case {file, theta}; after Monte Carlo any_estimator_proved_rms_m,
 /// any_estimator_proved_kind, monte_carlo_lower_bound_rms_m, monte_carlo_confidence. With measured values:
-/// chi2, estimate {theta, knots_s, position_m, velocity_mps}, linearisation {ratio, iterations, converged}.
+/// chi2, estimate {theta, knots_s, position_m, velocity_mps}, linearisation {ratio, iterations, converged},
+/// and the statement (localise::Statement): stated_rms_m (null where ambiguous), stated_rms_fixed_point_m,
+/// linear_guarantee_rms_m, curvature_rms_m, curvature_lower_rms_m, model_error_rms_m, kappa, consistency,
+/// independence, model_error {position_m, velocity_mps, kind}, reference {method, barrier_weight,
+/// minimum_height_m, starts, linear_systems, cost, chi2, observations}, tube {factor, rms_m}, floor_test,
+/// competing_solutions, proved, assumed; status is "ambiguous" where the data are.
 /// With a true path: truth {actual_rms_error_m, actual_gauss_markov_rms_error_m}.
 [[nodiscard]] io::Json result_json(const ReportInput& input);
 
@@ -37,6 +42,13 @@ inline constexpr const char* kClaimCovers =
 /// `t_s,x_m,y_m,z_m,vx_mps,vy_mps,vz_mps` on the dense grid: the admissible motion with the largest error of
 /// this estimator that was found, reference plus estimate.worst_case_motion; no rows where there is none.
 [[nodiscard]] std::string worst_case_csv(const estimate::TrajectoryEstimate& estimate);
+
+/// The same columns but the last on the dense grid: the estimate about a competing solution.
+[[nodiscard]] std::string competing_csv(const localise::CompetingSolution& solution);
+
+/// Name of the file that holds competing_csv() of competing solution `index`, counted from 0: the first is
+/// competing_2.csv (the best solution is in trajectory.csv).
+[[nodiscard]] std::string competing_file(std::size_t index);
 
 /// A few lines for a person.
 [[nodiscard]] std::string summary(const ReportInput& input);

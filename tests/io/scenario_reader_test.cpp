@@ -93,9 +93,9 @@ TEST(ScenarioReader, ReadsEveryField) {
   EXPECT_EQ((*scenario.observations[0].covariance)(0, 0), 16.0);
   EXPECT_EQ(scenario.observations[1].value, Eigen::Vector3d(0.46, 0.22, 2290));
   EXPECT_FALSE(scenario.observations[2].covariance.has_value());
-  EXPECT_EQ(input.settings.solver.relative_gap, 1e-7);
-  EXPECT_EQ(input.settings.solver.max_iterations, 50);
-  EXPECT_FALSE(input.relinearise);
+  EXPECT_EQ(input.settings.estimate.solver.relative_gap, 1e-7);
+  EXPECT_EQ(input.settings.estimate.solver.max_iterations, 50);
+  EXPECT_FALSE(input.settings.relinearise);
   ASSERT_EQ(input.inputs.size(), 2U);
   EXPECT_EQ(input.inputs[0].name, "s.toml");
   EXPECT_EQ(input.inputs[0].sha256, io::sha256(kScenario));
@@ -209,6 +209,15 @@ TEST(ScenarioReader, BadScenariosNameLineKeyFoundAndExpected) {
       {"max_iterations = 50", "max_iterations = 2.5",
        "solver.max_iterations: found 2.5, expected a whole number"},
       {"relinearise = false", "relinearise = 1", "solver.relinearise: found 1, expected true or false"},
+      {"relinearise = false", "relinearise = false\ncross_fit = true",
+       "solver.cross_fit: found true beside relinearise = false, expected one of the two"},
+      {"velocity_mps = 5", "velocity_mps = 5\nminimum_height_m = \"low\"",
+       "bounds.minimum_height_m: found \"low\", expected a number"},
+      {"velocity_mps = 5", "velocity_mps = 5\njerk_mps3 = -1", "bounds.jerk_mps3: found -1, expected"},
+      {"velocity_mps = 5", "velocity_mps = 5\njerk_mps3 = 1\nmodel_error_m = 2",
+       "bounds.model_error_m: found it beside jerk_mps3, expected one of the two"},
+      {"velocity_mps = 5", "velocity_mps = 5\nmodel_error_m = 2\nmodel_error_kind = \"ball\"",
+       "bounds.model_error_kind: found \"ball\""},
       {"\"structured\"", "\"magic\"", "solver.method: found \"magic\""},
       {"obs.csv", "absent.csv", "absent.csv: found No such file or directory, expected a readable file"},
       {"[model]", "[model", "s.toml:2: found"},
@@ -219,6 +228,27 @@ TEST(ScenarioReader, BadScenariosNameLineKeyFoundAndExpected) {
     EXPECT_NE(message.find(bad.message), std::string::npos) << bad.to << "\n  gives " << message;
   }
   EXPECT_NE(error_of("").find("expected it to be given"), std::string::npos);
+}
+
+TEST(ScenarioReader, FloorAndModelError) {
+  const test::TemporaryFolder folder;
+  (void)folder.write("obs.csv", kObservations);
+  const auto read = [&](const std::string& keys) {
+    return io::read_scenario(
+               folder.write("s.toml", replaced(kScenario, "velocity_mps = 5", "velocity_mps = 5\n" + keys)))
+        .settings;
+  };
+  const localise::FlightSettings plain = read("");
+  EXPECT_FALSE(plain.minimum_height_m.has_value());
+  EXPECT_EQ(plain.model_error.position_m, 0.0);
+  const localise::FlightSettings jerk = read("minimum_height_m = -12.5\njerk_mps3 = 0.6");
+  EXPECT_EQ(jerk.minimum_height_m, -12.5);
+  EXPECT_DOUBLE_EQ(jerk.model_error.position_m, 0.6 * 1000.0 / 24);  // segments of 10 s
+  EXPECT_GT(jerk.model_error.velocity_mps, 0.0);
+  EXPECT_EQ(jerk.model_error.kind, localise::ModelError::Kind::kEllipsoid);
+  const localise::FlightSettings given = read("model_error_m = 3\nmodel_error_kind = \"box\"");
+  EXPECT_EQ(given.model_error.position_m, 3.0);
+  EXPECT_EQ(given.model_error.kind, localise::ModelError::Kind::kBox);
 }
 
 TEST(ScenarioReader, BadMeasurementsNameLineAndColumn) {

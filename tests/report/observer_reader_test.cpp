@@ -203,7 +203,7 @@ station = "radar"
 path = "path.csv"
 )",
                                                  "t_s,x_m,y_m,z_m\n0,-40000,-30000,0\n60,-40000,-30000,0\n");
-  const observer::Comparison comparison = observer::compare(input.candidates, input.base.settings);
+  const observer::Comparison comparison = observer::compare(input.candidates, input.base.settings.estimate);
   ASSERT_EQ(comparison.ranking.size(), 3U);
   EXPECT_EQ(comparison.ranking[0].name, "near");
   EXPECT_EQ(comparison.ranking[0].index, 1U);

@@ -55,6 +55,27 @@ TEST_F(ReportPage, DrawsEveryPlotWithoutErrors) {
   EXPECT_NE(check.dom.find("radar"), std::string::npos);
 }
 
+TEST_F(ReportPage, ShowsWhatTheStatedErrorIsMadeOf) {
+  const io::ScenarioInput scenario = test::sample_scenario();
+  const estimate::TrajectoryEstimate estimate = test::sample_estimate();
+  const localise::Statement statement = test::sample_statement();
+  const PageCheck check = open({scenario, estimate, nullptr, &statement});
+  EXPECT_EQ(check.errors, io::Json::array());
+  EXPECT_NE(check.dom.find("Stated rms error"), std::string::npos);
+  EXPECT_NE(check.dom.find("curvature of the measurements"), std::string::npos);
+}
+
+TEST_F(ReportPage, DrawsEverySolutionOfAmbiguousData) {
+  const io::ScenarioInput scenario = test::sample_scenario();
+  const estimate::TrajectoryEstimate estimate = test::sample_estimate();
+  const localise::Statement statement = test::ambiguous_statement();
+  const PageCheck check = open({scenario, estimate, nullptr, &statement});
+  EXPECT_EQ(check.errors, io::Json::array());
+  EXPECT_GT(check.drawn.value("plan-solution 2", 0), kLongCurve_px);
+  EXPECT_NE(check.dom.find("no single value: the data are ambiguous"), std::string::npos);
+  EXPECT_NE(check.dom.find("ambiguous</span>"), std::string::npos);
+}
+
 TEST_F(ReportPage, DesignWithoutMeasuredValues) {
   const io::ScenarioInput scenario = test::sample_scenario();
   estimate::TrajectoryEstimate estimate = test::sample_estimate();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/result_files.hpp"
 
+#include <cmath>
 #include <limits>
 #include <string>
 
@@ -124,19 +125,69 @@ TEST(TrajectoryCsv, ReadsBack) {
   EXPECT_EQ(path.times_s, estimate.observed->path.times_s);
 }
 
-TEST(Warnings, LinearisationAndResiduals) {
-  io::ScenarioInput scenario = test::sample_scenario();
+TEST(StatementJson, HasEveryPartOfTheStatedValue) {
+  const io::ScenarioInput scenario = test::sample_scenario();
+  const estimate::TrajectoryEstimate estimate = test::sample_estimate();
+  const localise::Statement statement = test::sample_statement();
+  const io::Json json = report::result_json({scenario, estimate, nullptr, &statement});
+  EXPECT_EQ(json.at("status"), "optimal");
+  EXPECT_EQ(json.at("stated_rms_m"), 4.75);
+  EXPECT_EQ(json.at("stated_rms_fixed_point_m"), 4.75);
+  EXPECT_EQ(json.at("linear_guarantee_rms_m"), 4.0);
+  EXPECT_EQ(json.at("curvature_rms_m"), 0.5);
+  EXPECT_EQ(json.at("curvature_lower_rms_m"), 0.375);
+  EXPECT_EQ(json.at("model_error_rms_m"), 0.25);
+  EXPECT_EQ(json.at("kappa"), 0.125);
+  EXPECT_EQ(json.at("consistency"), "self_consistent");
+  EXPECT_EQ(json.at("independence"), "same_data");
+  EXPECT_EQ(json.at("reference").at("starts"), 18);
+  EXPECT_EQ(json.at("reference").at("chi2"), 200.0);
+  EXPECT_TRUE(json.at("reference").at("minimum_height_m").is_null());
+  EXPECT_EQ(json.at("tube").at("rms_m")[1], 2.0);
+  EXPECT_NEAR(std::pow(json.at("tube").at("factor").get<double>(), 4), 3.0, 1e-15);
+  EXPECT_TRUE(json.at("competing_solutions").empty());
+  EXPECT_EQ(json.at("assumed").size(), 4U);
+  EXPECT_NE(json.at("proved").get<std::string>().find("curvature term"), std::string::npos);
+  const std::string text = report::summary({scenario, estimate, nullptr, &statement});
+  EXPECT_NE(text.find("4.75 m (4 m linear + 0.5 m curvature + 0.25 m model error, settled), self-consistent"),
+            std::string::npos)
+      << text;
+}
+
+TEST(StatementJson, AmbiguousDataStateNoSingleValue) {
+  const io::ScenarioInput scenario = test::sample_scenario();
+  const estimate::TrajectoryEstimate estimate = test::sample_estimate();
+  const localise::Statement statement = test::ambiguous_statement();
+  const report::ReportInput input{scenario, estimate, nullptr, &statement};
+  EXPECT_FALSE(report::outcome(input).solved);
+  const io::Json json = report::result_json(input);
+  EXPECT_EQ(json.at("status"), "ambiguous");
+  EXPECT_TRUE(json.at("stated_rms_m").is_null());
+  EXPECT_EQ(json.at("conditional_rms_m"), 4.75);
+  EXPECT_EQ(json.at("competing_solutions")[0].at("cost_difference"), 3.5);
+  EXPECT_EQ(json.at("competing_solutions")[0].at("stated_rms_m"), 8.0);
+  EXPECT_EQ(json.at("competing_solutions")[0].at("file"), "competing_2.csv");
+  const std::string text = report::summary(input);
+  EXPECT_NE(text.find("none: the data are ambiguous"), std::string::npos) << text;
+  EXPECT_NE(text.find("if solution 2 is true"), std::string::npos) << text;
+  const test::TemporaryFolder folder;
+  const io::PathSamples path = io::read_path(
+      folder.write("c.csv", report::competing_csv(statement.competing[0])), 0.0, test::kSampleEnd_s);
+  EXPECT_EQ(path.times_s, estimate.nominal.times_s);
+}
+
+TEST(Warnings, CurvatureAndResiduals) {
+  const io::ScenarioInput scenario = test::sample_scenario();
   estimate::TrajectoryEstimate estimate = test::sample_estimate();
-  EXPECT_TRUE(report::warnings({scenario, estimate}).empty());
-  estimate.observed->linearisation.ratio = 0.5;
-  ASSERT_EQ(report::warnings({scenario, estimate}).size(), 1U);
-  EXPECT_NE(report::warnings({scenario, estimate})[0].find("0.5 sigma"), std::string::npos);
+  localise::Statement statement = test::sample_statement();
+  const auto warnings = [&] { return report::warnings({scenario, estimate, nullptr, &statement}); };
+  EXPECT_TRUE(warnings().empty());
+  statement.consistency = localise::Consistency::kCurvatureDominated;
+  statement.kappa = 0.75;
+  ASSERT_EQ(warnings().size(), 1U);
+  EXPECT_NE(warnings()[0].find("0.75 of the linear guarantee"), std::string::npos);
   estimate.observed->chi2 = 1000.0;
-  EXPECT_EQ(report::warnings({scenario, estimate}).size(), 2U);
-  scenario.relinearise = true;
-  EXPECT_EQ(report::warnings({scenario, estimate}).size(), 3U);
-  estimate.observed->linearisation.iterations = 4;
-  EXPECT_EQ(report::warnings({scenario, estimate}).size(), 2U);
+  EXPECT_EQ(warnings().size(), 2U);
 }
 
 }  // namespace

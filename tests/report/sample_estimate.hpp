@@ -4,10 +4,12 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 
 #include "io/measurement_csv.hpp"
 #include "io/scenario_reader.hpp"
 #include "trammel/estimate/trajectory_estimate.hpp"
+#include "trammel/localise/flight_estimate.hpp"
 
 namespace trammel::test {
 
@@ -104,6 +106,40 @@ inline estimate::TrajectoryEstimate sample_estimate() {
   }
   result.observed = observed;
   return result;
+}
+
+/// What a flight with bent measurements states.
+inline localise::Statement sample_statement() {
+  localise::Statement statement;
+  statement.independence = localise::Independence::kSameData;
+  statement.consistency = localise::Consistency::kSelfConsistent;
+  statement.stated_rms_m = statement.conditional_rms_m = 4.75;
+  statement.linear_guarantee_rms_m = 4.0;
+  statement.curvature_rms_m = 0.5;
+  statement.curvature_lower_rms_m = 0.375;
+  statement.model_error_rms_m = 0.25;
+  statement.kappa = 0.125;
+  statement.fixed_point_rms_m = 4.75;
+  statement.starts = 18;
+  statement.systems = 300;
+  statement.reference_chi2 = 200.0;
+  statement.tube_m = {1.0, 2.0};
+  return statement;
+}
+
+/// The same where two motions explain the data.
+inline localise::Statement ambiguous_statement() {
+  localise::Statement statement = sample_statement();
+  statement.ambiguous = true;
+  statement.stated_rms_m = std::numeric_limits<double>::quiet_NaN();
+  statement.competing.push_back({.excess_cost = 3.5,
+                                 .distance_m = 900.0,
+                                 .from_floor_test = false,
+                                 .chi2 = 203.0,
+                                 .stated_rms_m = 8.0,
+                                 .linear_guarantee_rms_m = 6.0,
+                                 .path = sample_path(900.0)});
+  return statement;
 }
 
 /// Samples of `sample_path(0)`.

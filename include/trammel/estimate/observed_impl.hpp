@@ -74,6 +74,10 @@ TRAMMEL_INLINE ObservationResult compare_with_observations(
     const Eigen::Vector3d velocity = deviation.velocity(m.t_s);
     const sensor::Padded computed =
         sensor::measure(station.kind, reference + position, reference_velocity + velocity);
+    const Eigen::Vector3d about =
+        problem.linearised_about ? problem.linearised_about->position(m.t_s) : Eigen::Vector3d::Zero();
+    const Eigen::Vector3d about_velocity =
+        problem.linearised_about ? problem.linearised_about->velocity(m.t_s) : Eigen::Vector3d::Zero();
     const sensor::Padded residual = sensor::difference(station.kind, sensor::padded(m.value), computed);
     const sensor::Padded whitened = lower.triangularView<Eigen::Lower>().solve(residual);
     result.chi2 += whitened.squaredNorm();
@@ -81,11 +85,14 @@ TRAMMEL_INLINE ObservationResult compare_with_observations(
                                 .station = m.station,
                                 .value = sensor::unpadded(residual, size),
                                 .whitened = sensor::unpadded(whitened, size)});
-    const sensor::Linearised model = sensor::linearise(station.kind, reference, reference_velocity);
-    ratio =
-        std::max(ratio, detail::remainder_ratio(station.kind, computed, model, position, velocity, lower));
+    const sensor::Linearised model =
+        sensor::linearise(station.kind, reference + about, reference_velocity + about_velocity);
+    ratio = std::max(ratio, detail::remainder_ratio(station.kind, computed, model, position - about,
+                                                    velocity - about_velocity, lower));
   }
-  result.linearisation.ratio = ratio;
+  result.linearisation = {.ratio = ratio,
+                          .iterations = problem.linearised_about ? 1 : 0,
+                          .converged = problem.linearised_about.has_value()};
   return result;
 }
 

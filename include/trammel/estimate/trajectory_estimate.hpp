@@ -48,13 +48,13 @@ struct Residual {
   Eigen::VectorXd whitened;  ///< L^-1 value, L the lower Cholesky factor of the covariance
 };
 
-/// What the linearisation about the reference costs.
+/// What the linearisation costs at the estimate.
 struct Linearisation {
-  /// Largest second-order remainder |h(x_hat) - h(x_ref) - H (x_hat - x_ref)| over all components, each over
-  /// its sigma. Well below 1: the linear model holds along the estimate.
+  /// Largest second-order remainder |h(x_hat) - h(x_lin) - H (x_hat - x_lin)| over all components, each over
+  /// its sigma; x_lin is the path linearised about. Well below 1: the linear model holds along the estimate.
   double ratio = std::numeric_limits<double>::quiet_NaN();
-  int iterations = 0;      ///< relinearisations made
-  bool converged = false;  ///< false where no relinearisation was asked for
+  int iterations = 0;      ///< relinearisations made: one, about a path fitted to the data, or none
+  bool converged = false;  ///< whether that fit was made
 };
 
 /// Quantities that need measured values.
@@ -117,6 +117,13 @@ struct TrajectoryEstimate {
 /// Throws Error for a solution of another shape.
 [[nodiscard]] TrajectoryEstimate evaluate_solution(const Scenario& scenario, const TrajectoryProblem& problem,
                                                    minimax::Solution solution,
+                                                   const EstimateSettings& settings = {},
+                                                   const ProgressObserver& observe = {});
+
+/// The same for a solution that certify::apply was called for already, with the certificate.
+[[nodiscard]] TrajectoryEstimate evaluate_verified(const Scenario& scenario, const TrajectoryProblem& problem,
+                                                   minimax::Solution solution,
+                                                   certify::Certificate certificate,
                                                    const EstimateSettings& settings = {},
                                                    const ProgressObserver& observe = {});
 

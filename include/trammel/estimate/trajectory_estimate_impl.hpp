@@ -148,13 +148,20 @@ TRAMMEL_INLINE TrajectoryEstimate evaluate_solution(const Scenario& scenario,
                                                     minimax::Solution solution,
                                                     const EstimateSettings& settings,
                                                     const ProgressObserver& observe) {
+  certify::Certificate certificate = certify::verify(problem.problem, solution);
+  certify::apply(certificate, settings.solver, solution);
+  return evaluate_verified(scenario, problem, std::move(solution), std::move(certificate), settings, observe);
+}
+
+TRAMMEL_INLINE TrajectoryEstimate evaluate_verified(
+    const Scenario& scenario, const TrajectoryProblem& problem, minimax::Solution solution,
+    certify::Certificate certificate, const EstimateSettings& settings, const ProgressObserver& observe) {
   const MotionCoordinates& coordinates = problem.coordinates;
   const std::vector<double> times = detail::output_grid(coordinates.basis(), settings.output_step_s);
   TrajectoryEstimate result;
   result.parameters = coordinates.parameters();
   result.observations = problem.observations;
-  result.certificate = certify::verify(problem.problem, solution);
-  certify::apply(result.certificate, settings.solver, solution);
+  result.certificate = std::move(certificate);
   result.guaranteed_rms_m = linalg::round_up(std::sqrt(solution.upper));
   result.lower_bound_rms_m = std::max(0.0, linalg::round_down(std::sqrt(std::max(0.0, solution.lower))));
   result.prior_rms_m = detail::prior_rms(problem, scenario.bounds);

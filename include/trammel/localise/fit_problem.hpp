@@ -64,9 +64,10 @@ class FitProblem {
   [[nodiscard]] bool inside(const Eigen::VectorXd& z) const;
   /// |C (a - b)|: root mean square distance over the criterion, m.
   [[nodiscard]] double distance_m(const Eigen::VectorXd& a, const Eigen::VectorXd& b) const;
-  /// Every bound shrunk to at most `share` of its ellipsoid, then all towards zero until above the floor.
-  /// Nothing where even zero is not above it.
-  [[nodiscard]] std::optional<Eigen::VectorXd> pull_inside(const Eigen::VectorXd& z, double share) const;
+  /// Every bound shrunk to at most `share` of its ellipsoid, then all towards `centre` (strictly inside)
+  /// until above the floor.
+  [[nodiscard]] Eigen::VectorXd pull_inside(const Eigen::VectorXd& z, double share,
+                                            const Eigen::VectorXd& centre) const;
 
  private:
   struct Site {

@@ -163,8 +163,8 @@ TRAMMEL_INLINE double FitProblem::distance_m(const Eigen::VectorXd& a, const Eig
   return (trajectory_.problem.criterion_factor * (a - b)).norm();
 }
 
-TRAMMEL_INLINE std::optional<Eigen::VectorXd> FitProblem::pull_inside(const Eigen::VectorXd& z,
-                                                                      double share) const {
+TRAMMEL_INLINE Eigen::VectorXd FitProblem::pull_inside(const Eigen::VectorXd& z, double share,
+                                                       const Eigen::VectorXd& centre) const {
   const MotionCoordinates& coordinates = trajectory_.coordinates;
   Eigen::VectorXd theta = coordinates.motion(z);
   for (std::size_t l = 0; l < trajectory_.ellipsoid_of_bound.size(); ++l) {
@@ -179,15 +179,14 @@ TRAMMEL_INLINE std::optional<Eigen::VectorXd> FitProblem::pull_inside(const Eige
   }
   Eigen::VectorXd result = coordinates.from_motion(theta);
   constexpr double kShrink = 0.7;
-  constexpr int kShrinks = 60;  // 5e-10 of the start: as good as zero
+  constexpr int kShrinks = 60;  // 5e-10 of the distance: as good as the centre
   for (int i = 0; i < kShrinks; ++i) {
     if (inside(result)) {
       return result;
     }
-    result *= kShrink;
+    result = centre + kShrink * (result - centre);
   }
-  result.setZero();
-  return inside(result) ? std::optional(result) : std::nullopt;
+  return centre;
 }
 
 }  // namespace trammel::inline TRAMMEL_ABI::localise

@@ -11,10 +11,11 @@
 #include <Eigen/Core>
 
 #include "trammel/core/config.hpp"
+#include "trammel/core/progress.hpp"
 #include "trammel/localise/fit_problem.hpp"
 #include "trammel/localise/levenberg_marquardt.hpp"
 #include "trammel/localise/stated_value.hpp"
-#include "trammel/minimax/solution.hpp"
+#include "trammel/minimax/methods.hpp"
 #include "trammel/problem/scenario.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::localise {
@@ -25,13 +26,14 @@ struct LocateSettings {
   ModelError model_error;
   FitSettings fit;
   minimax::SolverSettings solver;
+  minimax::MethodChoice method;
 };
 
 /// What locate found.
 enum class LocateStatus {
   kUnique,           ///< one motion explains the observations best by far
   kAmbiguous,        ///< motions too far apart explain them nearly equally well: no single value is stated
-  kInfeasibleStart,  ///< the reference path itself is not above the floor
+  kInfeasibleStart,  ///< no motion within the bounds was found that stays above the floor
 };
 
 /// Name as in result files.
@@ -53,8 +55,15 @@ struct Branch {
   double excess_cost = 0.0;           ///< above the best branch: twice F, weak barriers
   double distance_m = 0.0;            ///< root mean square distance from the best branch over the criterion
   bool from_floor_test = false;       ///< the fit above a station's plane rather than a local minimum
-  Eigen::VectorXd reference;          ///< linearised about: the fit with strong barriers
+  Fit reference;                      ///< linearised about: the fit with strong barriers
   std::optional<StatedValue> stated;  ///< holds if this branch is the true one
+};
+
+/// The best fit confined above a station's plane, beside the best of all.
+struct FloorTest {
+  double height_m = 0.0;     ///< of the plane
+  double excess_cost = 0.0;  ///< above the best branch: |r|^2 plus twice the bounds' barrier, weak barriers
+  double distance_m = 0.0;   ///< root mean square distance from the best branch over the criterion
 };
 
 /// Result of locate.
@@ -62,8 +71,10 @@ struct Location {
   LocateStatus status = LocateStatus::kInfeasibleStart;
   /// Best first. Only one unless ambiguous.
   std::vector<Branch> branches;
-  int starts = 0;   ///< fits tried
-  int systems = 0;  ///< linear systems solved in all fits
+  std::vector<FloorTest> floor_tests;  ///< planes that the floor does not exclude and a motion stays above
+  double lowest_height_m = 0.0;        ///< of the motion the search starts from
+  int starts = 0;                      ///< fits tried
+  int systems = 0;                     ///< linear systems solved in all fits
 };
 
 /// Barrier weights: modes are told apart with weak barriers, the linearisation point is the fit with strong
@@ -80,11 +91,19 @@ inline constexpr double kDecisiveCost = 16.0;
 /// 4. ambiguous if another minimum costs less than kDecisiveCost more and is further away than the linear
 ///    guarantee, or if the fit confined above a station's plane does (floor test: the alternative need not be
 ///    a local minimum). Then every such branch has its own reference and stated value.
+/// Where the reference path itself is not above the floor the search starts from find_interior_motion.
 ///
 /// Assumed, not proved: the starts find all relevant minima.
 /// Cost: some hundred linear systems of p unknowns per start, one guaranteed solve per branch.
 /// Throws Error as FitProblem does, and for settings out of range.
-[[nodiscard]] Location locate(const Scenario& scenario, const LocateSettings& settings = {});
+[[nodiscard]] Location locate(const Scenario& scenario, const LocateSettings& settings = {},
+                              const ProgressObserver& observe = {});
+
+/// The same with the value stated for other measurements of the same flight than those fitted: the reference
+/// then does not depend on the noise of the measurements it linearises. `fit` has the floor already;
+/// references are in its coordinates. `stated_on`: same knots, reference path and bounds.
+[[nodiscard]] Location locate(const FitProblem& fit, const FitProblem& stated_on,
+                              const LocateSettings& settings = {}, const ProgressObserver& observe = {});
 
 }  // namespace trammel::inline TRAMMEL_ABI::localise
 

@@ -11,6 +11,7 @@
 #include "trammel/core/random.hpp"
 #include "trammel/linalg/cholesky.hpp"
 #include "trammel/linalg/symmetric_eigen.hpp"
+#include "trammel/localise/interior_motion.hpp"
 #include "trammel/localise/locate.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::localise {
@@ -23,16 +24,24 @@ inline constexpr double kStartShare = 0.95;
 /// The search for minima of F with weak barriers.
 class Search {
  public:
-  Search(const FitProblem& problem, const FitSettings& settings) : problem_(problem), settings_(settings) {}
+  /// `centre`: strictly inside.
+  Search(const FitProblem& problem, const FitSettings& settings, Eigen::VectorXd centre,
+         const ProgressObserver& observe = {})
+      : problem_(problem), settings_(settings), centre_(std::move(centre)), observe_(observe) {}
+
+  [[nodiscard]] const Eigen::VectorXd& centre() const { return centre_; }
+
+  /// How many starts there will be: for the progress told.
+  void expect(std::size_t starts) { expected_ = static_cast<double>(starts); }
 
   /// Fits with falling barrier weights from a start that is pulled inside first; keeps the last fit.
   template <std::size_t Count>
   void descend(const Eigen::VectorXd& start, const std::array<double, Count>& weights) {
-    const std::optional<Eigen::VectorXd> inside = problem_.pull_inside(start, kStartShare);
-    if (!inside) {
-      return;
+    if (observe_) {
+      observe_({.phase = "searching for motions that explain the data",
+                .fraction = static_cast<double>(starts_) / expected_});
     }
-    Fit fit{.z = *inside};
+    Fit fit{.z = problem_.pull_inside(start, kStartShare, centre_)};
     for (const double mu : weights) {
       fit = fit_levenberg_marquardt(problem_, fit.z, mu, settings_);
       systems_ += fit.systems;
@@ -66,6 +75,9 @@ class Search {
  private:
   const FitProblem& problem_;
   FitSettings settings_;
+  Eigen::VectorXd centre_;
+  ProgressObserver observe_;
+  double expected_ = 1.0;
   std::vector<Fit> minima_;
   int starts_ = 0;
   int systems_ = 0;
@@ -166,26 +178,26 @@ inline void explore(const FitProblem& problem, Search& search) {
   constexpr std::array kLong{30.0, 10.0, 3.0, 1.0, 0.3, kWeakBarrier};
   constexpr std::array kShort{3.0, 1.0, 0.3, kWeakBarrier};
   constexpr std::array kLast{0.3, kWeakBarrier};
-  const Eigen::VectorXd zero = Eigen::VectorXd::Zero(problem.parameters());
-  search.descend(zero, kLong);
-  if (search.minima().empty()) {
-    return;  // zero is not above the floor: nothing to start from
-  }
-  search.descend(zero, kShort);
+  constexpr std::array kSigmas{-7.0, -3.0, 3.0, 7.0};
+  constexpr std::size_t kMirrors = 6;
+  constexpr std::size_t kRandom = 2;
+  const std::vector<double> heights = station_heights(problem.scenario());
+  search.expect(2 + 2 * kSigmas.size() + kMirrors * heights.size() + kRandom);
+  search.descend(search.centre(), kLong);
+  search.descend(search.centre(), kShort);
   const Eigen::VectorXd first = search.minima().front().z;
   const Eigen::MatrixXd weak = weak_directions(problem, first);
   for (Eigen::Index k = 0; k < weak.cols(); ++k) {
-    for (const double sigmas : {-7.0, -3.0, 3.0, 7.0}) {
+    for (const double sigmas : kSigmas) {
       search.descend(first + sigmas * weak.col(k), kLast);
     }
   }
-  for (const double height : station_heights(problem.scenario())) {
+  for (const double height : heights) {
     descend_from_mirrors(problem, search, first, height);
   }
   constexpr std::uint64_t kSeed = 1;
   RandomStream stream(kSeed);
-  constexpr int kRandom = 2;
-  for (int i = 0; i < kRandom; ++i) {
+  for (std::size_t i = 0; i < kRandom; ++i) {
     search.descend(random_motion(problem, stream), kLast);
   }
 }
@@ -205,63 +217,70 @@ inline std::vector<Fit> floor_tests(const FitProblem& problem, const Fit& best, 
       continue;
     }
     const FitProblem above(problem.scenario(), height);
-    Search search(above, settings);
-    search.descend(Eigen::VectorXd::Zero(problem.parameters()), kWeights);
+    const InteriorMotion interior = find_interior_motion(above);
+    if (!interior.z) {
+      continue;
+    }
+    Search search(above, settings, *interior.z);
+    search.descend(*interior.z, kWeights);
     search.descend(best.z, kWeights);
     location.systems += search.systems();
     location.starts += search.starts();
-    const std::vector<Fit> found = search.distinct();
-    if (!found.empty()) {
-      result.push_back(found.front());
-    }
+    const Fit found = search.distinct().front();
+    location.floor_tests.push_back({.height_m = height,
+                                    .excess_cost = free_cost(problem, found) - free_cost(problem, best),
+                                    .distance_m = problem.distance_m(found.z, best.z)});
+    result.push_back(found);
   }
   return result;
 }
 
-/// Reference and stated value of a branch.
-inline void state_branch(const FitProblem& problem, const LocateSettings& settings, Branch& branch,
-                         Location& location) {
-  constexpr double kStartScale = 0.9;  // away from the boundary that a weak barrier lets the minimum touch
-  const std::optional<Eigen::VectorXd> start =
-      problem.pull_inside(kStartScale * branch.minimum.z, kStartShare);
-  if (!start) {
-    return;
-  }
-  const Fit strong = fit_levenberg_marquardt(problem, *start, kStrongBarrier, settings.fit);
-  location.systems += strong.systems;
-  branch.reference = strong.z;
-  branch.stated = state(problem, branch.reference, settings.model_error, settings.solver);
-}
+/// Finds, compares and states.
+class Locator {
+ public:
+  Locator(const FitProblem& problem, const FitProblem& stated_on, const LocateSettings& settings,
+          const ProgressObserver& observe)
+      : problem_(problem), stated_on_(stated_on), settings_(settings), observe_(observe) {}
 
-}  // namespace detail
-
-TRAMMEL_INLINE Location locate(const Scenario& scenario, const LocateSettings& settings) {
-  const FitProblem problem(scenario, settings.minimum_height_m);
-  Location result;
-  detail::Search search(problem, settings.fit);
-  detail::explore(problem, search);
-  result.starts = search.starts();
-  result.systems = search.systems();
-  const std::vector<Fit> minima = search.distinct();
-  if (minima.empty()) {
-    return result;
+  [[nodiscard]] Location run() {
+    const InteriorMotion interior = find_interior_motion(problem_);
+    result_.lowest_height_m = interior.lowest_height_m;
+    if (!interior.z) {
+      return std::move(result_);
+    }
+    centre_ = *interior.z;
+    Search search(problem_, settings_.fit, centre_, observe_);
+    explore(problem_, search);
+    result_.starts = search.starts();
+    result_.systems = search.systems();
+    const std::vector<Fit> minima = search.distinct();
+    result_.status = LocateStatus::kUnique;
+    result_.branches.emplace_back().minimum = minima.front();
+    state_branch(result_.branches.front());
+    const Fit best = minima.front();
+    for (std::size_t k = 1; k < minima.size(); ++k) {
+      compete(minima[k], 2 * (minima[k].cost - best.cost), problem_.distance_m(minima[k].z, best.z), false);
+    }
+    const std::vector<Fit> confined = floor_tests(problem_, best, result_, settings_.fit);
+    for (std::size_t k = 0; k < confined.size(); ++k) {
+      const FloorTest& test = result_.floor_tests[k];
+      compete(confined[k], test.excess_cost, test.distance_m, true);
+    }
+    return std::move(result_);
   }
-  result.status = LocateStatus::kUnique;
-  result.branches.emplace_back().minimum = minima.front();
-  detail::state_branch(problem, settings, result.branches.front(), result);
-  const Fit best = minima.front();
-  const double g_lin = result.branches.front().stated ? result.branches.front().stated->linear_guarantee_rms_m
-                                                      : std::numeric_limits<double>::quiet_NaN();
-  const auto compete = [&](const Fit& fit, double excess, bool floor_test) {
-    const double distance = problem.distance_m(fit.z, best.z);
-    // Without a linear guarantee every distance counts.
+
+ private:
+  /// Lists a motion as a branch if it explains the data nearly as well and is too far from the best.
+  void compete(const Fit& fit, double excess, double distance, bool floor_test) {
+    const double g_lin = result_.branches.front().stated->linear_guarantee_rms_m;
+    // Without a linear guarantee (NaN) every distance counts.
     if (!(excess < kDecisiveCost) || distance <= g_lin) {
       return;
     }
-    result.status = LocateStatus::kAmbiguous;
-    const bool listed =
-        std::any_of(result.branches.begin() + 1, result.branches.end(),
-                    [&](const Branch& other) { return problem.distance_m(fit.z, other.minimum.z) <= g_lin; });
+    result_.status = LocateStatus::kAmbiguous;
+    const bool listed = std::any_of(
+        result_.branches.begin() + 1, result_.branches.end(),
+        [&](const Branch& other) { return problem_.distance_m(fit.z, other.minimum.z) <= g_lin; });
     if (floor_test && listed) {
       return;  // found as a minimum already
     }
@@ -270,16 +289,46 @@ TRAMMEL_INLINE Location locate(const Scenario& scenario, const LocateSettings& s
     branch.excess_cost = excess;
     branch.distance_m = distance;
     branch.from_floor_test = floor_test;
-    detail::state_branch(problem, settings, branch, result);
-    result.branches.push_back(std::move(branch));
-  };
-  for (std::size_t k = 1; k < minima.size(); ++k) {
-    compete(minima[k], 2 * (minima[k].cost - best.cost), false);
+    state_branch(branch);
+    result_.branches.push_back(std::move(branch));
   }
-  for (const Fit& fit : detail::floor_tests(problem, best, result, settings.fit)) {
-    compete(fit, detail::free_cost(problem, fit) - detail::free_cost(problem, best), true);
+
+  /// Reference and stated value of a branch.
+  void state_branch(Branch& branch) {
+    if (observe_) {
+      observe_({.phase = "solving about the motion found", .fraction = 0.0});
+    }
+    constexpr double kStartScale = 0.9;  // away from the boundary that a weak barrier lets the minimum touch
+    const Eigen::VectorXd start = problem_.pull_inside(kStartScale * branch.minimum.z, kStartShare, centre_);
+    // To the last digits: the guarantee depends on this point to first order.
+    constexpr FitSettings kTight{.max_systems = 5000, .relative_decrease = 1e-18};
+    const Fit strong = fit_levenberg_marquardt(problem_, start, kStrongBarrier, kTight);
+    result_.systems += strong.systems;
+    branch.reference = strong;
+    const Eigen::VectorXd there =
+        stated_on_.trajectory().coordinates.from_motion(problem_.trajectory().coordinates.motion(strong.z));
+    branch.stated = state(stated_on_, there, settings_.model_error, settings_.solver, settings_.method);
   }
-  return result;
+
+  const FitProblem& problem_;
+  const FitProblem& stated_on_;
+  const LocateSettings& settings_;
+  const ProgressObserver& observe_;
+  Eigen::VectorXd centre_;
+  Location result_;
+};
+
+}  // namespace detail
+
+TRAMMEL_INLINE Location locate(const Scenario& scenario, const LocateSettings& settings,
+                               const ProgressObserver& observe) {
+  const FitProblem problem(scenario, settings.minimum_height_m);
+  return locate(problem, problem, settings, observe);
+}
+
+TRAMMEL_INLINE Location locate(const FitProblem& fit, const FitProblem& stated_on,
+                               const LocateSettings& settings, const ProgressObserver& observe) {
+  return detail::Locator(fit, stated_on, settings, observe).run();
 }
 
 }  // namespace trammel::inline TRAMMEL_ABI::localise

@@ -11,9 +11,10 @@
 
 #include <Eigen/Core>
 
+#include "trammel/certify/certificate.hpp"
 #include "trammel/core/config.hpp"
 #include "trammel/localise/fit_problem.hpp"
-#include "trammel/minimax/solution.hpp"
+#include "trammel/minimax/methods.hpp"
 #include "trammel/problem/assemble.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::localise {
@@ -37,6 +38,9 @@ struct ModelError {
 /// whether that spline keeps the bounds on the acceleration. Throws Error unless both are finite, the jerk
 /// not negative and the segment positive.
 [[nodiscard]] ModelError model_error_from_jerk(double jerk_mps3, double segment_s);
+
+/// Radius over tube: E |e|^4 <= 3 (E |e|^2)^2 for normal errors e, and 3^(1/4) = 1.316.
+inline constexpr double kTubeFactor = 1.31607401295249246081921890179699;
 
 /// What is known about a stated value.
 enum class Consistency {
@@ -64,7 +68,9 @@ struct StatedValue {
 
   TrajectoryProblem problem;   ///< linearised about the reference
   minimax::Solution solution;  ///< with verified bounds
-  Eigen::VectorXd z;           ///< the estimate, in the coordinates of `problem`
+  certify::Certificate certificate;
+  Eigen::VectorXd reference;  ///< linearised about, in the coordinates of `problem`
+  Eigen::VectorXd z;          ///< the estimate, in the coordinates of `problem`
   Consistency consistency = Consistency::kNoBound;
   double linear_guarantee_rms_m = std::numeric_limits<double>::quiet_NaN();  ///< g_lin
   double curvature_rms_m = std::numeric_limits<double>::quiet_NaN();         ///< beta
@@ -101,7 +107,8 @@ struct StatedValue {
 /// velocity_mps.
 [[nodiscard]] StatedValue state(const FitProblem& fit, const Eigen::VectorXd& reference,
                                 const ModelError& model_error = {},
-                                const minimax::SolverSettings& solver = {});
+                                const minimax::SolverSettings& solver = {},
+                                const minimax::MethodChoice& method = {});
 
 }  // namespace trammel::inline TRAMMEL_ABI::localise
 

@@ -8,14 +8,12 @@
 #include <numbers>
 #include <utility>
 
-#include "trammel/certify/certificate.hpp"
 #include "trammel/core/error.hpp"
 #include "trammel/estimate/bounded_motion.hpp"
 #include "trammel/linalg/double_double.hpp"
 #include "trammel/linalg/symmetric_eigen.hpp"
 #include "trammel/localise/remainder.hpp"
 #include "trammel/localise/stated_value.hpp"
-#include "trammel/minimax/solve.hpp"
 #include "trammel/problem/noise.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::localise {
@@ -153,11 +151,10 @@ inline ChannelBound bound_channels(const Eigen::MatrixXd& N) {
 
 /// Curvature term with the tube multiplied by `factor`; nothing where a remainder is not bounded.
 inline std::optional<ChannelBound> curvature(const Sights& sights, const ModelError& model, double factor) {
-  const double moment = std::pow(3.0, 0.25);  // E |e|^4 <= 3 (E |e|^2)^2 for normal e
   std::vector<sensor::Padded> widths;
   for (const Sight& sight : sights.sights) {
     const DeviationRadius& tau = sight.tube;
-    const double scale = moment * factor;
+    const double scale = kTubeFactor * factor;
     const RemainderBound bound =
         bound_remainder(sight.kind, sight.position_m, sight.velocity_mps,
                         {.all_m = scale * tau.all_m + model.position_m,
@@ -223,6 +220,22 @@ inline std::optional<double> fixed_point(const Sights& sights, const ModelError&
   return std::nullopt;
 }
 
+/// The curvature term follows the estimator to first order, where the guarantee does to second: a narrower
+/// interval than the one asked for keeps its digits. Only where that costs a few iterations.
+inline minimax::Solution solve_tightly(const minimax::MethodChoice& method, const GuaranteedProblem& problem,
+                                       const minimax::SolverSettings& asked) {
+  constexpr double kNarrow = 1e-10;
+  minimax::SolverSettings tight = asked;
+  if (method.method == minimax::RequestedMethod::kStructured) {
+    tight.relative_gap = std::min(asked.relative_gap, kNarrow);
+  }
+  minimax::Solution solution = minimax::solve_with(method, problem, tight);
+  if (solution.status == SolveStatus::kNumericalTrouble && solution.relative_gap() <= asked.relative_gap) {
+    solution.status = SolveStatus::kOptimal;
+  }
+  return solution;
+}
+
 inline void check_model_error(const Scenario& scenario, const ModelError& model) {
   const auto size = [](double value, const char* where) {
     if (!(value >= 0.0) || !std::isfinite(value)) {
@@ -252,7 +265,8 @@ TRAMMEL_INLINE ModelError model_error_from_jerk(double jerk_mps3, double segment
 }
 
 TRAMMEL_INLINE StatedValue state(const FitProblem& fit, const Eigen::VectorXd& reference,
-                                 const ModelError& model_error, const minimax::SolverSettings& solver) {
+                                 const ModelError& model_error, const minimax::SolverSettings& solver,
+                                 const minimax::MethodChoice& method) {
   require(reference.size() == fit.parameters(), "reference", std::to_string(reference.size()) + " entries",
           std::to_string(fit.parameters()));
   require(fit.inside(reference), "reference", "a deviation outside the bounds", "one strictly inside");
@@ -260,8 +274,10 @@ TRAMMEL_INLINE StatedValue state(const FitProblem& fit, const Eigen::VectorXd& r
   detail::check_model_error(scenario, model_error);
   const trajectory::QuadraticSpline<double> about = fit.trajectory().coordinates.spline(reference);
   StatedValue result(assemble(scenario, &about));
-  result.solution = minimax::solve(result.problem.problem, solver);
-  certify::apply(certify::verify(result.problem.problem, result.solution), solver, result.solution);
+  result.reference = result.problem.coordinates.from_motion(fit.trajectory().coordinates.motion(reference));
+  result.solution = detail::solve_tightly(method, result.problem.problem, solver);
+  result.certificate = certify::verify(result.problem.problem, result.solution);
+  certify::apply(result.certificate, solver, result.solution);
   if (!std::isfinite(result.solution.upper) || !(result.solution.upper > 0.0)) {
     return result;
   }

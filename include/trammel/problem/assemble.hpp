@@ -4,6 +4,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,8 @@ struct TrajectoryProblem {
   /// bound that removes or leaves free all three axes.
   std::vector<Eigen::Index> ellipsoid_of_bound;
   std::size_t observations = 0;  ///< measurements used
+  /// The deviation from the reference that measurements are linearised about; absent: the reference itself.
+  std::optional<trajectory::QuadraticSpline<double>> linearised_about;
 
   static constexpr Eigen::Index kNoEllipsoid = -1;
 };

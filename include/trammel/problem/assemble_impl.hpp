@@ -322,7 +322,8 @@ TRAMMEL_INLINE TrajectoryProblem assemble(const Scenario& scenario,
                            .information_rhs = {},
                            .information_residual = 0.0,
                            .ellipsoid_of_bound = {},
-                           .observations = 0};
+                           .observations = 0,
+                           .linearised_about = about == nullptr ? std::nullopt : std::optional(*about)};
   for_each_measurement(scenario, [&](const MeasurementSite& /*site*/) { ++result.observations; });
 
   linalg::ReducedRows reduced =

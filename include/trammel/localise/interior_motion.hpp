@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+/// @file
+/// A motion strictly within the bounds and above the floor, to start fits from.
+#pragma once
+
+#include <optional>
+
+#include <Eigen/Core>
+
+#include "trammel/core/config.hpp"
+#include "trammel/localise/fit_problem.hpp"
+
+namespace trammel::inline TRAMMEL_ABI::localise {
+
+/// The search's answer.
+struct InteriorMotion {
+  /// Strictly inside: zero where the reference path itself is; absent where none was found.
+  std::optional<Eigen::VectorXd> z;
+  double lowest_height_m = 0.0;  ///< of the highest motion found
+};
+
+/// Raises a floor from below the reference path by the method of centres (Huard 1967): the motion that
+/// maximises the product of the rooms left below the path and within the bounds has the highest floor so far
+/// as its start; the floor then follows the path up by nine tenths. Ends above the floor of `problem`, or
+/// where the path follows no more.
+[[nodiscard]] InteriorMotion find_interior_motion(const FitProblem& problem);
+
+}  // namespace trammel::inline TRAMMEL_ABI::localise
+
+#ifndef TRAMMEL_COMPILED
+#include "trammel/localise/interior_motion_impl.hpp"
+#endif
