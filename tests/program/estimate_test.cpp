@@ -2,6 +2,7 @@
 // The commands estimate, design and simulate through the program itself.
 #include <chrono>
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <thread>
 
@@ -124,8 +125,98 @@ TEST(Estimate, WritesResultTrajectoryAndReport) {
   EXPECT_EQ(table.number(0, table.column("t_s")), 0.0);
   EXPECT_EQ(table.number(table.rows.size() - 1, table.column("t_s")), 30.0);
   EXPECT_NE(io::read_text(folder.path() / "result/report.html").find("</html>"), std::string::npos);
-  const io::Json design = run_program(folder, "design s.toml --json").json();
-  EXPECT_EQ(design.at("guaranteed_rms_m"), json.at("guaranteed_rms_m"));
+  EXPECT_EQ(json.at("consistency"), "self_consistent");
+  EXPECT_EQ(json.at("independence"), "same_data");
+  EXPECT_EQ(json.at("guaranteed_rms_m"), json.at("linear_guarantee_rms_m"));
+  EXPECT_GT(json.at("stated_rms_m").get<double>(), json.at("guaranteed_rms_m").get<double>());
+  EXPECT_EQ(json.at("linearisation").at("iterations"), 1);
+}
+
+TEST(Estimate, AboutTheGivenReferenceItSolvesWhatDesignSolves) {
+  const test::TemporaryFolder folder;
+  (void)folder.write("s.toml",
+                     test::small_scenario(std::string(kObserved) + "[solver]\nrelinearise = false\n"));
+  (void)folder.write("truth.csv", test::kSmallTruth);
+  ASSERT_EQ(run_program(folder, "simulate s.toml truth.csv --seed 3 --out obs.csv").exit_code, 0);
+  const io::Json json = run_program(folder, "estimate s.toml --bounds-only --json").json();
+  EXPECT_EQ(json.at("independence"), "fixed_reference");
+  EXPECT_EQ(json.at("linearisation").at("iterations"), 0);
+  const io::Json design = run_program(folder, "design s.toml --bounds-only --json").json();
+  const double guaranteed = design.at("guaranteed_rms_m");
+  EXPECT_NEAR(json.at("guaranteed_rms_m").get<double>(), guaranteed, 1e-8 * guaranteed);
+}
+
+/// A descent seen by one station that measures direction cosines and range: the path mirrored in the
+/// antenna's plane explains the data too.
+std::string descent_scenario(const std::string& bounds) {
+  return "[model]\nknots_s = {start = 0, stop = 70, step = 10}\n[nominal]\nposition_m = [1000, 1000, 5000]\n"
+         "velocity_mps = [212, 212, 0]\n[bounds]\nposition_m = 100\nvelocity_mps = 10\nacceleration_mps2 = "
+         "37\n" +
+         bounds +
+         "[[station]]\nname = \"one\"\nkind = \"direction_cosines_range\"\nposition_m = [0, 0, 0]\n"
+         "covariance = [[6.04e-5, 8.88e-6, -0.004168], [8.88e-6, 8.28e-5, 0.006126], [-0.004168, 0.006126, "
+         "80.63]]\n"
+         "times_s = {start = 0, stop = 70, step = 1}\n" +
+         kObserved;
+}
+
+std::string descent_truth() {
+  std::string text = "t_s,x_m,y_m,z_m\n";
+  for (int t = 0; t <= 70; ++t) {
+    const double share = t < 30 ? 0.0 : t > 50 ? 1.0 : (1 - std::cos(std::numbers::pi * (t - 30) / 20)) / 2;
+    text += std::to_string(t) + "," + io::shortest(1000 + 212.0 * t) + "," + io::shortest(1000 + 212.0 * t) +
+            "," + io::shortest(5000 - 3000 * share) + "\n";
+  }
+  return text;
+}
+
+TEST(Estimate, AmbiguousDataAreSaidToBeAndAFloorDecides) {
+  const test::TemporaryFolder folder;
+  (void)folder.write("open.toml", descent_scenario(""));
+  (void)folder.write("floor.toml", descent_scenario("minimum_height_m = 0\n"));
+  (void)folder.write("truth.csv", descent_truth());
+  ASSERT_EQ(run_program(folder, "simulate open.toml truth.csv --seed 4 --out obs.csv").exit_code, 0);
+  const auto open = run_program(folder, "estimate open.toml --bounds-only --json --out open");
+  EXPECT_EQ(open.exit_code, 4) << open.errors;
+  EXPECT_EQ(open.json().at("status"), "ambiguous");
+  EXPECT_TRUE(open.json().at("stated_rms_m").is_null());
+  const io::Json others = open.json().at("competing_solutions");
+  ASSERT_GE(others.size(), 1U);
+  const io::CsvTable other = io::read_csv(folder.path() / "open" / others[0].at("file").get<std::string>());
+  const io::CsvTable best = io::read_csv(folder.path() / "open/trajectory.csv");
+  const auto end = [](const io::CsvTable& path) {
+    return path.number(path.rows.size() - 1, path.column("z_m"));
+  };
+  EXPECT_LT(end(other) * end(best), 0.0);  // one above the antenna's plane, one below
+  EXPECT_GT(open.json().at("floor_test").size(), 0U);
+
+  const auto floor = run_program(folder, "estimate floor.toml --bounds-only --json --truth truth.csv");
+  EXPECT_EQ(floor.exit_code, 0) << floor.errors;
+  EXPECT_EQ(floor.json().at("status"), "optimal");
+  const double stated = floor.json().at("stated_rms_m");
+  EXPECT_GT(stated, floor.json().at("guaranteed_rms_m").get<double>());
+  EXPECT_LT(floor.json().at("truth").at("actual_rms_error_m").get<double>(), stated);
+  EXPECT_EQ(floor.json().at("reference").at("minimum_height_m"), 0.0);
+
+  (void)folder.write("high.toml", descent_scenario("minimum_height_m = 20000\n"));
+  const auto high = run_program(folder, "estimate high.toml --bounds-only");
+  EXPECT_EQ(high.exit_code, 2);
+  EXPECT_NE(high.errors.find("minimum_height_m"), std::string::npos) << high.errors;
+}
+
+TEST(Estimate, CrossFitStatesItsIndependence) {
+  const test::TemporaryFolder folder;
+  (void)folder.write("s.toml", test::small_scenario(std::string(kObserved) + "[solver]\ncross_fit = true\n"));
+  (void)folder.write("truth.csv", test::kSmallTruth);
+  ASSERT_EQ(run_program(folder, "simulate s.toml truth.csv --seed 3 --out obs.csv").exit_code, 0);
+  const auto run = run_program(folder, "estimate s.toml --truth truth.csv --out result --json");
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  const io::Json json = run.json();
+  EXPECT_EQ(json.at("independence"), "cross_fit");
+  EXPECT_LT(json.at("truth").at("actual_rms_error_m").get<double>(),
+            2 * json.at("stated_rms_m").get<double>());
+  EXPECT_TRUE(json.at("attained_fraction").is_null());
+  EXPECT_EQ(json.at("tube").at("rms_m").size(), json.at("observations").get<std::size_t>());
 }
 
 TEST(Estimate, SaysHowGoodItsGuaranteeIs) {
