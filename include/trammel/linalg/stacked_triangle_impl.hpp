@@ -12,24 +12,24 @@
 namespace trammel::inline TRAMMEL_ABI::linalg {
 
 namespace detail {
-inline constexpr Eigen::Index kPanel = 24;
+inline constexpr Eigen::Index kReflectors = 24;
 }  // namespace detail
 
 TRAMMEL_INLINE StackedTriangle::StackedTriangle(Eigen::Index rows, Eigen::Index columns)
     : work_(rows + columns, columns),
-      vectors_(rows + columns, detail::kPanel),
-      T_(detail::kPanel, detail::kPanel),
-      projected_(detail::kPanel, columns),
-      scaled_(detail::kPanel, columns),
+      vectors_(rows + columns, detail::kReflectors),
+      T_(detail::kReflectors, detail::kReflectors),
+      projected_(detail::kReflectors, columns),
+      scaled_(detail::kReflectors, columns),
       row_(columns),
-      coefficients_(detail::kPanel) {}
+      coefficients_(detail::kReflectors) {}
 
 TRAMMEL_INLINE void StackedTriangle::compute(const Eigen::MatrixXd& A) {
   const Eigen::Index n = work_.cols();
   work_.topRows(A.rows()) = A;
   work_.bottomRows(n).setIdentity();
-  for (Eigen::Index first = 0; first < n; first += detail::kPanel) {
-    const Eigen::Index width = std::min(detail::kPanel, n - first);
+  for (Eigen::Index first = 0; first < n; first += detail::kReflectors) {
+    const Eigen::Index width = std::min(detail::kReflectors, n - first);
     const Eigen::Index rows = A.rows() + width;  // below them the panel is zero still
     reflect_panel(first, width, rows);
     const Eigen::Index rest = n - first - width;
