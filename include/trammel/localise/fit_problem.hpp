@@ -38,7 +38,8 @@ struct Quadratic {
 /// | h_min  | height floor (m) in the scenario's frame; the last term only where there is one | -     |
 /// | mu     | weight of the barriers                                                          | -     |
 ///
-/// Cost of an evaluation: O(n_k + p^2) for the value, O(n_k + p^3) with derivatives.
+/// Cost of an evaluation: O(n_k + p) for the value, O(n_k + p^2) with derivatives (where motion parameters
+/// are removed, rows are dense and cost p times as much).
 class FitProblem {
  public:
   /// Throws Error as assemble does, and for a scenario without observations.
@@ -78,9 +79,18 @@ class FitProblem {
     Eigen::Matrix3d whiten;  ///< L
     sensor::Padded value;
   };
-  using Local = Eigen::Matrix<double, 3, 9>;
+  /// Rows in z without their zero columns left and right.
+  struct LocalRows {
+    Eigen::Index first = 0;
+    Eigen::MatrixXd rows;
 
-  [[nodiscard]] sensor::Padded residual(const Site& site, const Eigen::MatrixXd& c, Local* J) const;
+    [[nodiscard]] Eigen::VectorXd times(const Eigen::VectorXd& z) const {
+      return rows * z.segment(first, rows.cols());
+    }
+  };
+
+  [[nodiscard]] static LocalRows localise_rows(const Eigen::MatrixXd& rows);
+  [[nodiscard]] Eigen::VectorXd heights_m(const Eigen::VectorXd& z) const;
   [[nodiscard]] double floor_barrier(const Eigen::VectorXd& z) const;
 
   Scenario scenario_;
@@ -88,8 +98,9 @@ class FitProblem {
   TrajectoryProblem trajectory_;
   std::vector<Site> sites_;
   std::vector<double> grid_s_;
-  Eigen::MatrixXd height_rows_;      ///< rows in z of the deviation's height on the grid
-  Eigen::VectorXd height_offset_m_;  ///< the reference's height there
+  std::vector<LocalRows> bounds_;       ///< a_l
+  std::vector<LocalRows> height_rows_;  ///< of the deviation's height on the grid
+  Eigen::VectorXd height_offset_m_;     ///< the reference's height there
 };
 
 }  // namespace trammel::inline TRAMMEL_ABI::localise

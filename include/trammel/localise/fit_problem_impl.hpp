@@ -31,6 +31,9 @@ TRAMMEL_INLINE FitProblem::FitProblem(const Scenario& scenario, std::optional<do
                                              components(station.kind), describe(scenario, site)),
                       .value = sensor::padded(m.value)});
   });
+  for (const Eigen::MatrixXd& a : trajectory_.problem.ellipsoids) {
+    bounds_.push_back(localise_rows(a));
+  }
   constexpr int kPerSegment = 4;
   for (Eigen::Index i = 0; i < basis.segments(); ++i) {
     for (int k = 0; k < kPerSegment; ++k) {
@@ -39,33 +42,24 @@ TRAMMEL_INLINE FitProblem::FitProblem(const Scenario& scenario, std::optional<do
   }
   grid_s_.push_back(basis.end_s());
   const auto count = static_cast<Eigen::Index>(grid_s_.size());
-  height_rows_.resize(count, parameters());
   height_offset_m_.resize(count);
   for (Eigen::Index j = 0; j < count; ++j) {
     const double t = grid_s_[static_cast<std::size_t>(j)];
-    height_rows_.row(j) = trajectory_.coordinates.position_rows(t).row(2);
+    height_rows_.push_back(localise_rows(trajectory_.coordinates.position_rows(t).row(2)));
     height_offset_m_(j) = trajectory_.nominal.position(t).z();
   }
 }
 
-TRAMMEL_INLINE sensor::Padded FitProblem::residual(const Site& site, const Eigen::MatrixXd& c,
-                                                   Local* J) const {
-  const Eigen::Matrix3d near = c.middleCols<3>(site.local.first);
-  const Eigen::Vector3d position = site.reference_m + near * site.local.value.transpose();
-  const Eigen::Vector3d velocity = site.reference_mps + near * site.local.rate.transpose();
-  const auto whiten = site.whiten.triangularView<Eigen::Lower>();
-  if (J == nullptr) {
-    return whiten.solve(
-        sensor::difference(site.kind, site.value, sensor::measure(site.kind, position, velocity)));
+TRAMMEL_INLINE FitProblem::LocalRows FitProblem::localise_rows(const Eigen::MatrixXd& rows) {
+  Eigen::Index first = 0;
+  Eigen::Index end = rows.cols();
+  while (first < end && rows.col(first).isZero(0.0)) {
+    ++first;
   }
-  sensor::Linearised model = sensor::linearise(site.kind, position, velocity);
-  whiten.solveInPlace(model.J_value_position);
-  whiten.solveInPlace(model.J_value_velocity);
-  for (Eigen::Index k = 0; k < 3; ++k) {
-    J->middleCols<3>(3 * k) =
-        site.local.value(k) * model.J_value_position + site.local.rate(k) * model.J_value_velocity;
+  while (end > first && rows.col(end - 1).isZero(0.0)) {
+    --end;
   }
-  return whiten.solve(sensor::difference(site.kind, site.value, model.value));
+  return {.first = first, .rows = rows.middleCols(first, end - first)};
 }
 
 TRAMMEL_INLINE double FitProblem::chi2(const Eigen::VectorXd& z) const {
@@ -74,7 +68,12 @@ TRAMMEL_INLINE double FitProblem::chi2(const Eigen::VectorXd& z) const {
   double sum = 0.0;
   try {
     for (const Site& site : sites_) {
-      sum += residual(site, c, nullptr).squaredNorm();
+      const Eigen::Matrix3d near = c.middleCols<3>(site.local.first);
+      const Eigen::Vector3d position = site.reference_m + near * site.local.value.transpose();
+      const Eigen::Vector3d velocity = site.reference_mps + near * site.local.rate.transpose();
+      const sensor::Padded difference =
+          sensor::difference(site.kind, site.value, sensor::measure(site.kind, position, velocity));
+      sum += site.whiten.triangularView<Eigen::Lower>().solve(difference).squaredNorm();
     }
   } catch (const Error&) {  // a sensor cannot be linearised at a trial point: it is no better than the others
     return std::numeric_limits<double>::infinity();
@@ -84,8 +83,8 @@ TRAMMEL_INLINE double FitProblem::chi2(const Eigen::VectorXd& z) const {
 
 TRAMMEL_INLINE double FitProblem::ellipsoid_barrier(const Eigen::VectorXd& z) const {
   double sum = 0.0;
-  for (const Eigen::MatrixXd& a : trajectory_.problem.ellipsoids) {
-    const double room = 1.0 - (a * z).squaredNorm();
+  for (const LocalRows& a : bounds_) {
+    const double room = 1.0 - a.times(z).squaredNorm();
     if (!(room > 0.0)) {
       return std::numeric_limits<double>::infinity();
     }
@@ -98,7 +97,7 @@ TRAMMEL_INLINE double FitProblem::floor_barrier(const Eigen::VectorXd& z) const 
   if (!minimum_height_m_) {
     return 0.0;
   }
-  const Eigen::VectorXd room = (height_offset_m_ + height_rows_ * z).array() - *minimum_height_m_;
+  const Eigen::VectorXd room = heights_m(z).array() - *minimum_height_m_;
   if (!(room.minCoeff() > 0.0)) {
     return std::numeric_limits<double>::infinity();
   }
@@ -107,7 +106,15 @@ TRAMMEL_INLINE double FitProblem::floor_barrier(const Eigen::VectorXd& z) const 
 }
 
 TRAMMEL_INLINE double FitProblem::lowest_height_m(const Eigen::VectorXd& z) const {
-  return (height_offset_m_ + height_rows_ * z).minCoeff();
+  return heights_m(z).minCoeff();
+}
+
+TRAMMEL_INLINE Eigen::VectorXd FitProblem::heights_m(const Eigen::VectorXd& z) const {
+  Eigen::VectorXd result = height_offset_m_;
+  for (std::size_t j = 0; j < height_rows_.size(); ++j) {
+    result(static_cast<Eigen::Index>(j)) += height_rows_[j].times(z)(0);
+  }
+  return result;
 }
 
 TRAMMEL_INLINE bool FitProblem::inside(const Eigen::VectorXd& z) const {
@@ -128,32 +135,66 @@ TRAMMEL_INLINE Quadratic FitProblem::expand(const Eigen::VectorXd& z, double mu)
   Eigen::MatrixXd descent = Eigen::MatrixXd::Zero(1, all);
   double squares = 0.0;
   for (const Site& site : sites_) {
-    Local J;
-    const sensor::Padded r = residual(site, c, &J);
-    const Eigen::Index first = 3 * site.local.first;
-    normal.block<9, 9>(first, first) += J.transpose() * J;
-    descent.middleCols<9>(first) += r.transpose() * J;
+    const Eigen::Matrix3d near = c.middleCols<3>(site.local.first);
+    const Eigen::Vector3d position = site.reference_m + near * site.local.value.transpose();
+    const Eigen::Vector3d velocity = site.reference_mps + near * site.local.rate.transpose();
+    const auto whiten = site.whiten.triangularView<Eigen::Lower>();
+    sensor::Linearised model = sensor::linearise(site.kind, position, velocity);
+    whiten.solveInPlace(model.J_value_position);
+    const sensor::Padded r = whiten.solve(sensor::difference(site.kind, site.value, model.value));
     squares += r.squaredNorm();
+    // J = value x J_position + rate x J_velocity, whose products are sums of 3 x 3 blocks.
+    const Eigen::Index first = 3 * site.local.first;
+    const auto& value = site.local.value;
+    const auto& rate = site.local.rate;
+    const Eigen::Matrix3d pp = model.J_value_position.transpose().lazyProduct(model.J_value_position);
+    const Eigen::RowVector3d rp = r.transpose().lazyProduct(model.J_value_position);
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      descent.middleCols<3>(first + 3 * i) += value(i) * rp;
+      for (Eigen::Index j = 0; j <= i; ++j) {
+        normal.block<3, 3>(first + 3 * i, first + 3 * j) += (value(i) * value(j)) * pp;
+      }
+    }
+    if (model.J_value_velocity.isZero(0.0)) {
+      continue;
+    }
+    whiten.solveInPlace(model.J_value_velocity);
+    const Eigen::Matrix3d pv = model.J_value_position.transpose().lazyProduct(model.J_value_velocity);
+    const Eigen::Matrix3d vv = model.J_value_velocity.transpose().lazyProduct(model.J_value_velocity);
+    const Eigen::RowVector3d rv = r.transpose().lazyProduct(model.J_value_velocity);
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      descent.middleCols<3>(first + 3 * i) += rate(i) * rv;
+      for (Eigen::Index j = 0; j <= i; ++j) {
+        normal.block<3, 3>(first + 3 * i, first + 3 * j) +=
+            (value(i) * rate(j)) * pv + (rate(i) * value(j)) * pv.transpose() + (rate(i) * rate(j)) * vv;
+      }
+    }
   }
+  normal.triangularView<Eigen::StrictlyUpper>() = normal.transpose();
   Quadratic result;
   const Eigen::MatrixXd half = coordinates.restrict_rows(normal).transpose();
   result.hessian = coordinates.restrict_rows(half);
   result.gradient = -coordinates.restrict_rows(descent).transpose();
-  for (const Eigen::MatrixXd& a : trajectory_.problem.ellipsoids) {
-    const Eigen::VectorXd T = a * z;
+  for (const LocalRows& a : bounds_) {
+    const Eigen::VectorXd T = a.times(z);
     const double room = 1.0 - T.squaredNorm();
-    const Eigen::VectorXd v = (2 / room) * (a.transpose() * T);
-    result.gradient += mu * v;
-    result.hessian += (2 * mu / room) * (a.transpose() * a) + mu * v * v.transpose();
+    const Eigen::VectorXd v = (2 / room) * (a.rows.transpose() * T);
+    result.gradient.segment(a.first, v.size()) += mu * v;
+    result.hessian.block(a.first, a.first, v.size(), v.size()) +=
+        (2 * mu / room) * (a.rows.transpose() * a.rows) + mu * v * v.transpose();
   }
   if (minimum_height_m_) {
-    const Eigen::VectorXd room = (height_offset_m_ + height_rows_ * z).array() - *minimum_height_m_;
+    const Eigen::VectorXd room = heights_m(z).array() - *minimum_height_m_;
     const double weight =
         mu * static_cast<double>(coordinates.basis().coefficients()) / static_cast<double>(room.size());
-    const Eigen::VectorXd inverse = room.cwiseInverse();
-    result.gradient -= weight * (height_rows_.transpose() * inverse);
-    const Eigen::MatrixXd scaled = inverse.asDiagonal() * height_rows_;
-    result.hessian += weight * (scaled.transpose() * scaled);
+    for (std::size_t j = 0; j < height_rows_.size(); ++j) {
+      const LocalRows& row = height_rows_[j];
+      const double near = room(static_cast<Eigen::Index>(j));
+      const Eigen::Index size = row.rows.cols();
+      result.gradient.segment(row.first, size) -= (weight / near) * row.rows.transpose();
+      result.hessian.block(row.first, row.first, size, size) +=
+          (weight / (near * near)) * (row.rows.transpose() * row.rows);
+    }
   }
   result.cost = squares / 2 + mu * (ellipsoid_barrier(z) + floor_barrier(z));
   return result;

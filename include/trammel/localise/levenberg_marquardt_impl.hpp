@@ -12,10 +12,23 @@
 
 namespace trammel::inline TRAMMEL_ABI::localise {
 
+namespace detail {
+
+/// Sets and returns the decrement g'H^-1 g/2; infinite where H is singular.
+inline double measure_decrement(const Quadratic& at, Fit& fit) {
+  const linalg::Cholesky undamped(at.hessian);
+  ++fit.systems;
+  fit.decrement = undamped.info() == Eigen::Success ? at.gradient.dot(undamped.solve(at.gradient)) / 2
+                                                    : std::numeric_limits<double>::infinity();
+  return fit.decrement;
+}
+
+}  // namespace detail
+
 TRAMMEL_INLINE Fit fit_levenberg_marquardt(const FitProblem& problem, const Eigen::VectorXd& start, double mu,
                                            const FitSettings& settings) {
-  constexpr double kFirstDamping = 1e-3;
-  constexpr double kLess = 1.0 / 3;
+  constexpr double kFirstDamping = 1e-4;
+  constexpr double kLess = 0.1;
   constexpr double kMore = 4.0;
   constexpr double kLeastDamping = 1e-15;
   constexpr double kMostDamping = 1e12;
@@ -27,37 +40,39 @@ TRAMMEL_INLINE Fit fit_levenberg_marquardt(const FitProblem& problem, const Eige
   double damping = kFirstDamping;
   while (fit.systems < settings.max_systems && damping < kMostDamping) {
     const Quadratic at = problem.expand(fit.z, mu);
-    const linalg::Cholesky undamped(at.hessian);
-    ++fit.systems;
-    if (undamped.info() == Eigen::Success) {
-      fit.decrement = at.gradient.dot(undamped.solve(at.gradient)) / 2;
-      if (fit.decrement <= settings.relative_decrease * (1 + std::abs(fit.cost))) {
-        fit.converged = true;
-        break;
-      }
-    }
     const double slack = kRounding * (1 + std::abs(fit.cost));
+    const double enough = settings.relative_decrease * (1 + std::abs(fit.cost));
     const Eigen::VectorXd diagonal = at.hessian.diagonal().cwiseMax(std::numeric_limits<double>::min());
     bool taken = false;
     while (!taken && fit.systems < settings.max_systems && damping < kMostDamping) {
       Eigen::MatrixXd damped = at.hessian;
       damped.diagonal() += damping * diagonal;
-      const linalg::Cholesky cholesky(damped);
+      const linalg::InPlaceCholesky cholesky(damped);
       ++fit.systems;
       if (cholesky.info() == Eigen::Success) {
         Eigen::VectorXd step = -cholesky.solve(at.gradient);
+        // The damped decrement is the smaller one: only where it is small the undamped one need be known.
+        const double promised = -at.gradient.dot(step) / 2;
+        if (promised <= std::max(enough, slack) && detail::measure_decrement(at, fit) <= enough) {
+          fit.converged = true;
+          break;
+        }
         while (!problem.inside(fit.z + step) && step.norm() > 0.0) {
           step *= kShorten;
         }
         const double cost = problem.cost(fit.z + step, mu);
         // Near the minimum F cannot tell any more; there the step itself is right.
-        taken = cost < fit.cost || (fit.decrement < slack && cost <= fit.cost + slack);
+        taken = cost < fit.cost || (promised < slack && cost <= fit.cost + slack);
         if (taken) {
           fit.z += step;
           fit.cost = cost;
+          fit.decrement = promised;
         }
       }
-      damping = taken ? std::max(damping * kLess, kLeastDamping) : damping * kMore;
+      damping = taken ? std::max(damping * kLess, kLeastDamping) : std::max(damping * kMore, kFirstDamping);
+    }
+    if (fit.converged) {
+      break;
     }
   }
   fit.chi2 = problem.chi2(fit.z);
