@@ -64,6 +64,9 @@ struct FloorTest {
   double height_m = 0.0;     ///< of the plane
   double excess_cost = 0.0;  ///< above the best branch: |r|^2 plus twice the bounds' barrier, weak barriers
   double distance_m = 0.0;   ///< root mean square distance from the best branch over the criterion
+  /// The same between the fits with strong barriers, which linearisations are made about.
+  double reference_excess_cost = 0.0;
+  double reference_distance_m = 0.0;
 };
 
 /// Result of locate.
@@ -90,7 +93,8 @@ inline constexpr double kDecisiveCost = 16.0;
 ///    minima; 3. from the best one, scaled by 0.9, fits with strong barriers and states the value there;
 /// 4. ambiguous if another minimum costs less than kDecisiveCost more and is further away than the linear
 ///    guarantee, or if the fit confined above a station's plane does (floor test: the alternative need not be
-///    a local minimum). Then every such branch has its own reference and stated value.
+///    a local minimum), with weak or with strong barriers (where the minimum is near the plane, the two sides
+///    part only at the linearisation point). Then every such branch has its own reference and stated value.
 /// Where the reference path itself is not above the floor the search starts from find_interior_motion.
 ///
 /// Assumed, not proved: the starts find all relevant minima.

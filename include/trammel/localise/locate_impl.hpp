@@ -34,35 +34,36 @@ class Search {
   /// How many starts there will be: for the progress told.
   void expect(std::size_t starts) { expected_ = static_cast<double>(starts); }
 
-  /// Fits with falling barrier weights from a start that is pulled inside first; keeps the last fit.
+  /// Fits with falling barrier weights from a start that is pulled inside first; keeps the last fit. Fits are
+  /// coarse; only a last one that is near no minimum known yet and not hopeless is carried to its end.
   template <std::size_t Count>
   void descend(const Eigen::VectorXd& start, const std::array<double, Count>& weights) {
+    constexpr double kHopeless = 1000.0;  // F above the best where a coarse fit stopped: far beyond noise
     if (observe_) {
       observe_({.phase = "searching for motions that explain the data",
                 .fraction = static_cast<double>(starts_) / expected_});
     }
+    ++starts_;
     Fit fit{.z = problem_.pull_inside(start, kStartShare, centre_)};
     for (const double mu : weights) {
-      fit = fit_levenberg_marquardt(problem_, fit.z, mu, settings_);
-      systems_ += fit.systems;
+      run(fit, mu, coarse());
     }
-    ++starts_;
+    if (known(fit, minima_)) {
+      return;
+    }
+    if (!(fit.cost > least_cost() + kHopeless)) {
+      run(fit, weights.back(), settings_);
+    }
     minima_.push_back(std::move(fit));
   }
 
   /// The minima, best first, those that are the same only once.
   [[nodiscard]] std::vector<Fit> distinct() const {
-    constexpr double kSame_m = 3.0;
-    constexpr double kSameShare = 0.05;
     std::vector<Fit> sorted = minima_;
     std::sort(sorted.begin(), sorted.end(), [](const Fit& a, const Fit& b) { return a.cost < b.cost; });
     std::vector<Fit> result;
     for (Fit& fit : sorted) {
-      const bool known = std::any_of(result.begin(), result.end(), [&](const Fit& other) {
-        const double size = problem_.distance_m(other.z, Eigen::VectorXd::Zero(other.z.size()));
-        return problem_.distance_m(fit.z, other.z) < std::max(kSame_m, kSameShare * size);
-      });
-      if (!known) {
+      if (!known(fit, result)) {
         result.push_back(std::move(fit));
       }
     }
@@ -73,6 +74,36 @@ class Search {
   [[nodiscard]] int systems() const { return systems_; }
 
  private:
+  [[nodiscard]] FitSettings coarse() const {
+    constexpr int kSystems = 100;
+    constexpr double kDecrease = 1e-4;  // of F: a hundredth where F is as large as noise makes it
+    return {.max_systems = std::min(kSystems, settings_.max_systems),
+            .relative_decrease = std::max(kDecrease, settings_.relative_decrease)};
+  }
+
+  void run(Fit& fit, double mu, const FitSettings& settings) {
+    fit = fit_levenberg_marquardt(problem_, fit.z, mu, settings);
+    systems_ += fit.systems;
+  }
+
+  [[nodiscard]] double least_cost() const {
+    double least = std::numeric_limits<double>::infinity();
+    for (const Fit& fit : minima_) {
+      least = std::min(least, fit.cost);
+    }
+    return least;
+  }
+
+  /// Whether `fit` is one of `others`.
+  [[nodiscard]] bool known(const Fit& fit, const std::vector<Fit>& others) const {
+    constexpr double kSame_m = 3.0;
+    constexpr double kSameShare = 0.05;
+    return std::any_of(others.begin(), others.end(), [&](const Fit& other) {
+      const double size = problem_.distance_m(other.z, Eigen::VectorXd::Zero(other.z.size()));
+      return problem_.distance_m(fit.z, other.z) < std::max(kSame_m, kSameShare * size);
+    });
+  }
+
   const FitProblem& problem_;
   FitSettings settings_;
   Eigen::VectorXd centre_;
@@ -203,15 +234,34 @@ inline void explore(const FitProblem& problem, Search& search) {
 }
 
 /// Twice F without the floor's barrier.
-inline double free_cost(const FitProblem& problem, const Fit& fit) {
-  return fit.chi2 + 2 * kWeakBarrier * problem.ellipsoid_barrier(fit.z);
+inline double free_cost(const FitProblem& problem, const Fit& fit, double mu) {
+  return fit.chi2 + 2 * mu * problem.ellipsoid_barrier(fit.z);
 }
 
-/// The fits confined above each station's plane that the floor does not exclude already.
-inline std::vector<Fit> floor_tests(const FitProblem& problem, const Fit& best, Location& location,
-                                    const FitSettings& settings) {
+/// The fit that a linearisation is made about, from a fit with weak barriers.
+inline Fit fit_reference(const FitProblem& problem, const Eigen::VectorXd& minimum,
+                         const Eigen::VectorXd& centre) {
+  constexpr double kStartScale = 0.9;  // away from the boundary that a weak barrier lets the minimum touch
+  // To the last digits: the guarantee depends on this point to first order.
+  constexpr FitSettings kTight{.max_systems = 5000, .relative_decrease = 1e-18};
+  return fit_levenberg_marquardt(problem, problem.pull_inside(kStartScale * minimum, kStartShare, centre),
+                                 kStrongBarrier, kTight);
+}
+
+/// A motion that may be the true one.
+struct Candidate {
+  Fit minimum;    ///< weak barriers
+  Fit reference;  ///< strong barriers
+};
+
+/// The fits confined above each station's plane that the floor does not exclude already, one for each entry
+/// that this adds to location.floor_tests.
+inline std::vector<Candidate> floor_tests(const FitProblem& problem, Location& location,
+                                          const FitSettings& settings) {
   constexpr std::array kWeights{30.0, 10.0, 3.0, 1.0, 0.3, kWeakBarrier};
-  std::vector<Fit> result;
+  const Fit& best = location.branches.front().minimum;
+  const Fit& reference = location.branches.front().reference;
+  std::vector<Candidate> result;
   for (const double height : station_heights(problem.scenario())) {
     if (problem.minimum_height_m() && *problem.minimum_height_m() >= height) {
       continue;
@@ -224,13 +274,20 @@ inline std::vector<Fit> floor_tests(const FitProblem& problem, const Fit& best, 
     Search search(above, settings, *interior.z);
     search.descend(*interior.z, kWeights);
     search.descend(best.z, kWeights);
+    Candidate found{.minimum = search.distinct().front(), .reference = {}};
+    found.reference = fit_reference(above, found.minimum.z, *interior.z);
     location.systems += search.systems();
     location.starts += search.starts();
-    const Fit found = search.distinct().front();
-    location.floor_tests.push_back({.height_m = height,
-                                    .excess_cost = free_cost(problem, found) - free_cost(problem, best),
-                                    .distance_m = problem.distance_m(found.z, best.z)});
-    result.push_back(found);
+    const auto excess = [&](const Fit& fit, const Fit& free, double mu) {
+      return free_cost(problem, fit, mu) - free_cost(problem, free, mu);
+    };
+    location.floor_tests.push_back(
+        {.height_m = height,
+         .excess_cost = excess(found.minimum, best, kWeakBarrier),
+         .distance_m = problem.distance_m(found.minimum.z, best.z),
+         .reference_excess_cost = excess(found.reference, reference, kStrongBarrier),
+         .reference_distance_m = problem.distance_m(found.reference.z, reference.z)});
+    result.push_back(std::move(found));
   }
   return result;
 }
@@ -255,59 +312,66 @@ class Locator {
     result_.systems = search.systems();
     const std::vector<Fit> minima = search.distinct();
     result_.status = LocateStatus::kUnique;
-    result_.branches.emplace_back().minimum = minima.front();
-    state_branch(result_.branches.front());
     const Fit best = minima.front();
+    add_branch({.minimum = best, .reference = fit_reference(problem_, best.z, centre_)}, 0.0, 0.0);
     for (std::size_t k = 1; k < minima.size(); ++k) {
-      compete(minima[k], 2 * (minima[k].cost - best.cost), problem_.distance_m(minima[k].z, best.z), false);
+      const double excess = 2 * (minima[k].cost - best.cost);
+      const double distance = problem_.distance_m(minima[k].z, best.z);
+      if (competes(excess, distance)) {
+        add_branch({.minimum = minima[k], .reference = fit_reference(problem_, minima[k].z, centre_)}, excess,
+                   distance);
+      }
     }
-    const std::vector<Fit> confined = floor_tests(problem_, best, result_, settings_.fit);
+    std::vector<Candidate> confined = floor_tests(problem_, result_, settings_.fit);
     for (std::size_t k = 0; k < confined.size(); ++k) {
       const FloorTest& test = result_.floor_tests[k];
-      compete(confined[k], test.excess_cost, test.distance_m, true);
+      if (competes(test.excess_cost, test.distance_m)) {
+        add_confined(std::move(confined[k]), test.excess_cost, test.distance_m);
+      } else if (competes(test.reference_excess_cost, test.reference_distance_m)) {
+        add_confined(std::move(confined[k]), test.reference_excess_cost, test.reference_distance_m);
+      }
+    }
+    if (result_.branches.size() > 1) {
+      result_.status = LocateStatus::kAmbiguous;
     }
     return std::move(result_);
   }
 
  private:
-  /// Lists a motion as a branch if it explains the data nearly as well and is too far from the best.
-  void compete(const Fit& fit, double excess, double distance, bool floor_test) {
-    const double g_lin = result_.branches.front().stated->linear_guarantee_rms_m;
+  /// Whether a motion explains the data nearly as well as the best and is too far from it.
+  [[nodiscard]] bool competes(double excess, double distance) const {
     // Without a linear guarantee (NaN) every distance counts.
-    if (!(excess < kDecisiveCost) || distance <= g_lin) {
-      return;
-    }
-    result_.status = LocateStatus::kAmbiguous;
-    const bool listed = std::any_of(
-        result_.branches.begin() + 1, result_.branches.end(),
-        [&](const Branch& other) { return problem_.distance_m(fit.z, other.minimum.z) <= g_lin; });
-    if (floor_test && listed) {
-      return;  // found as a minimum already
-    }
-    Branch branch;
-    branch.minimum = fit;
-    branch.excess_cost = excess;
-    branch.distance_m = distance;
-    branch.from_floor_test = floor_test;
-    state_branch(branch);
-    result_.branches.push_back(std::move(branch));
+    return excess < kDecisiveCost && !(distance <= result_.branches.front().stated->linear_guarantee_rms_m);
   }
 
-  /// Reference and stated value of a branch.
-  void state_branch(Branch& branch) {
+  /// Adds a fit that a floor test found unless it is one of the branches already.
+  void add_confined(Candidate found, double excess, double distance) {
+    const double g_lin = result_.branches.front().stated->linear_guarantee_rms_m;
+    const bool listed =
+        std::any_of(result_.branches.begin() + 1, result_.branches.end(), [&](const Branch& other) {
+          return problem_.distance_m(found.minimum.z, other.minimum.z) <= g_lin &&
+                 problem_.distance_m(found.reference.z, other.reference.z) <= g_lin;
+        });
+    if (!listed) {
+      add_branch(std::move(found), excess, distance);
+      result_.branches.back().from_floor_test = true;
+    }
+  }
+
+  void add_branch(Candidate fits, double excess, double distance) {
     if (observe_) {
       observe_({.phase = "solving about the motion found", .fraction = 0.0});
     }
-    constexpr double kStartScale = 0.9;  // away from the boundary that a weak barrier lets the minimum touch
-    const Eigen::VectorXd start = problem_.pull_inside(kStartScale * branch.minimum.z, kStartShare, centre_);
-    // To the last digits: the guarantee depends on this point to first order.
-    constexpr FitSettings kTight{.max_systems = 5000, .relative_decrease = 1e-18};
-    const Fit strong = fit_levenberg_marquardt(problem_, start, kStrongBarrier, kTight);
-    result_.systems += strong.systems;
-    branch.reference = strong;
-    const Eigen::VectorXd there =
-        stated_on_.trajectory().coordinates.from_motion(problem_.trajectory().coordinates.motion(strong.z));
+    result_.systems += fits.reference.systems;
+    Branch branch;
+    branch.minimum = std::move(fits.minimum);
+    branch.reference = std::move(fits.reference);
+    branch.excess_cost = excess;
+    branch.distance_m = distance;
+    const Eigen::VectorXd there = stated_on_.trajectory().coordinates.from_motion(
+        problem_.trajectory().coordinates.motion(branch.reference.z));
     branch.stated = state(stated_on_, there, settings_.model_error, settings_.solver, settings_.method);
+    result_.branches.push_back(std::move(branch));
   }
 
   const FitProblem& problem_;
