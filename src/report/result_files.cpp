@@ -116,7 +116,11 @@ void add_statement(const ReportInput& input, Json& json) {
 
 std::string rounded_metres(double value) { return std::isfinite(value) ? rounded(value) + " m" : "no bound"; }
 
-std::string metres(double value) { return std::isinf(value) ? "unbounded" : io::shortest(value) + " m"; }
+std::string metres(double value) {
+  return std::isnan(value)   ? "not determined"
+         : std::isinf(value) ? "unbounded"
+                             : io::shortest(value) + " m";
+}
 
 }  // namespace
 

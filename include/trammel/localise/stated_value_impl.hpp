@@ -230,7 +230,7 @@ inline minimax::Solution solve_tightly(const minimax::MethodChoice& method, cons
     tight.relative_gap = std::min(asked.relative_gap, kNarrow);
   }
   minimax::Solution solution = minimax::solve_with(method, problem, tight);
-  if (solution.status == SolveStatus::kNumericalTrouble && solution.relative_gap() <= asked.relative_gap) {
+  if (solution.status != SolveStatus::kUnbounded && solution.relative_gap() <= asked.relative_gap) {
     solution.status = SolveStatus::kOptimal;
   }
   return solution;
