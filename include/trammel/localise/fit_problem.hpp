@@ -17,6 +17,18 @@
 
 namespace trammel::inline TRAMMEL_ABI::localise {
 
+namespace detail {
+
+/// The columns of a matrix between the first and the last that are not zero.
+struct NonzeroColumns {
+  Eigen::Index first = 0;
+  Eigen::Index count = 0;
+};
+
+[[nodiscard]] NonzeroColumns nonzero_columns(const Eigen::Ref<const Eigen::MatrixXd>& rows);
+
+}  // namespace detail
+
 /// Value, gradient and curvature of a cost at one deviation.
 struct Quadratic {
   double cost = 0.0;         ///< F

@@ -13,6 +13,18 @@
 
 namespace trammel::inline TRAMMEL_ABI::localise {
 
+TRAMMEL_INLINE detail::NonzeroColumns detail::nonzero_columns(const Eigen::Ref<const Eigen::MatrixXd>& rows) {
+  Eigen::Index first = 0;
+  Eigen::Index end = rows.cols();
+  while (first < end && rows.col(first).isZero(0.0)) {
+    ++first;
+  }
+  while (end > first && rows.col(end - 1).isZero(0.0)) {
+    --end;
+  }
+  return {.first = first, .count = end - first};
+}
+
 TRAMMEL_INLINE FitProblem::FitProblem(const Scenario& scenario, std::optional<double> minimum_height_m)
     : scenario_(scenario), minimum_height_m_(minimum_height_m), trajectory_(assemble(scenario)) {
   require(!scenario.observations.empty(), "observations", "none", "measured values to fit");
@@ -51,15 +63,8 @@ TRAMMEL_INLINE FitProblem::FitProblem(const Scenario& scenario, std::optional<do
 }
 
 TRAMMEL_INLINE FitProblem::LocalRows FitProblem::localise_rows(const Eigen::MatrixXd& rows) {
-  Eigen::Index first = 0;
-  Eigen::Index end = rows.cols();
-  while (first < end && rows.col(first).isZero(0.0)) {
-    ++first;
-  }
-  while (end > first && rows.col(end - 1).isZero(0.0)) {
-    --end;
-  }
-  return {.first = first, .rows = rows.middleCols(first, end - first)};
+  const detail::NonzeroColumns local = detail::nonzero_columns(rows);
+  return {.first = local.first, .rows = rows.middleCols(local.first, local.count)};
 }
 
 TRAMMEL_INLINE double FitProblem::chi2(const Eigen::VectorXd& z) const {

@@ -16,6 +16,8 @@ namespace trammel::inline TRAMMEL_ABI::localise {
 struct FitSettings {
   int max_systems = 3000;           ///< linear systems solved before the fit gives up
   double relative_decrease = 1e-9;  ///< stop when a Newton step promises less than this times (1 + |F|)
+  /// Give up where a step promises less than a hundredth of what F is above this.
+  double target = std::numeric_limits<double>::infinity();
 };
 
 /// A minimum of F(., mu).

@@ -33,6 +33,7 @@ TRAMMEL_INLINE Fit fit_levenberg_marquardt(const FitProblem& problem, const Eige
   constexpr double kLeastDamping = 1e-15;
   constexpr double kMostDamping = 1e12;
   constexpr double kShorten = 0.7;
+  constexpr double kHopeful = 0.01;
   constexpr double kRounding = 1e-13;  // of F: smaller changes say nothing
   Fit fit{.z = start};
   fit.cost = problem.cost(start, mu);
@@ -44,6 +45,7 @@ TRAMMEL_INLINE Fit fit_levenberg_marquardt(const FitProblem& problem, const Eige
     const double enough = settings.relative_decrease * (1 + std::abs(fit.cost));
     const Eigen::VectorXd diagonal = at.hessian.diagonal().cwiseMax(std::numeric_limits<double>::min());
     bool taken = false;
+    bool hopeless = false;
     while (!taken && fit.systems < settings.max_systems && damping < kMostDamping) {
       Eigen::MatrixXd damped = at.hessian;
       damped.diagonal() += damping * diagonal;
@@ -55,6 +57,10 @@ TRAMMEL_INLINE Fit fit_levenberg_marquardt(const FitProblem& problem, const Eige
         const double promised = -at.gradient.dot(step) / 2;
         if (promised <= std::max(enough, slack) && detail::measure_decrement(at, fit) <= enough) {
           fit.converged = true;
+          break;
+        }
+        hopeless = damping <= kFirstDamping && promised < kHopeful * (fit.cost - settings.target);
+        if (hopeless) {
           break;
         }
         while (!problem.inside(fit.z + step) && step.norm() > 0.0) {
@@ -71,7 +77,7 @@ TRAMMEL_INLINE Fit fit_levenberg_marquardt(const FitProblem& problem, const Eige
       }
       damping = taken ? std::max(damping * kLess, kLeastDamping) : std::max(damping * kMore, kFirstDamping);
     }
-    if (fit.converged) {
+    if (fit.converged || hopeless) {
       break;
     }
   }

@@ -87,14 +87,21 @@ inline constexpr double kStrongBarrier = 4.5;
 /// Two motions are told apart where twice their costs differ by at least this: for a fixed pair the false one
 /// then wins with a probability of at most Q(4) = 3.2e-5.
 inline constexpr double kDecisiveCost = 16.0;
+/// The same for a floor test. There one side as a whole is set against the other, and a spline may fit the
+/// true path worse than a false one on the other side: with a misfit of A standard deviations (root of chi^2)
+/// the false path of a pair wins by (4 + A)^2 with a probability of at most Q(4) (its own misfit B and the
+/// distance D <= A + B of the two at their worst). Here A = 4, as the half cosine of the published manoeuvre
+/// has it.
+inline constexpr double kDecisiveFloorCost = 64.0;
 
 /// 1. Minimises F from many starts: falling barrier weights, steps along the weakest directions, the path
 ///    mirrored (wholly or in parts) in each station's horizontal plane, two random motions; 2. clusters the
 ///    minima; 3. from the best one, scaled by 0.9, fits with strong barriers and states the value there;
 /// 4. ambiguous if another minimum costs less than kDecisiveCost more and is further away than the linear
-///    guarantee, or if the fit confined above a station's plane does (floor test: the alternative need not be
-///    a local minimum), with weak or with strong barriers (where the minimum is near the plane, the two sides
-///    part only at the linearisation point). Then every such branch has its own reference and stated value.
+///    guarantee, or if the fit confined above a station's plane costs less than kDecisiveFloorCost more and
+///    is (floor test: the alternative need not be a local minimum), with weak or with strong barriers (where
+///    the minimum is near the plane, the two sides part only at the linearisation point). Then every such
+///    branch has its own reference and stated value.
 /// Where the reference path itself is not above the floor the search starts from find_interior_motion.
 ///
 /// Assumed, not proved: the starts find all relevant minima.

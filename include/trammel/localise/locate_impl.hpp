@@ -35,10 +35,10 @@ class Search {
   void expect(std::size_t starts) { expected_ = static_cast<double>(starts); }
 
   /// Fits with falling barrier weights from a start that is pulled inside first; keeps the last fit. Fits are
-  /// coarse; only a last one that is near no minimum known yet and not hopeless is carried to its end.
+  /// coarse; only a last one that is near no minimum known yet is carried on, until it is clear that it does
+  /// not come near the best.
   template <std::size_t Count>
   void descend(const Eigen::VectorXd& start, const std::array<double, Count>& weights) {
-    constexpr double kHopeless = 1000.0;  // F above the best where a coarse fit stopped: far beyond noise
     if (observe_) {
       observe_({.phase = "searching for motions that explain the data",
                 .fraction = static_cast<double>(starts_) / expected_});
@@ -51,9 +51,9 @@ class Search {
     if (known(fit, minima_)) {
       return;
     }
-    if (!(fit.cost > least_cost() + kHopeless)) {
-      run(fit, weights.back(), settings_);
-    }
+    FitSettings last = settings_;
+    last.target = least_cost() + kDecisiveCost / 2;
+    run(fit, weights.back(), last);
     minima_.push_back(std::move(fit));
   }
 
@@ -78,7 +78,8 @@ class Search {
     constexpr int kSystems = 100;
     constexpr double kDecrease = 1e-4;  // of F: a hundredth where F is as large as noise makes it
     return {.max_systems = std::min(kSystems, settings_.max_systems),
-            .relative_decrease = std::max(kDecrease, settings_.relative_decrease)};
+            .relative_decrease = std::max(kDecrease, settings_.relative_decrease),
+            .target = least_cost() + kDecisiveCost / 2};
   }
 
   void run(Fit& fit, double mu, const FitSettings& settings) {
@@ -155,8 +156,10 @@ template <class Where>
       const double nominal = trajectory.nominal.position(t).z();
       target.z() = 2 * plane_m - (nominal + target.z()) - nominal;
     }
-    normal += kWeight * rows.transpose() * rows;
-    right += kWeight * rows.transpose() * target;
+    const NonzeroColumns local = nonzero_columns(rows);
+    const MotionCoordinates::Rows3 near = rows.middleCols(local.first, local.count);
+    normal.block(local.first, local.first, local.count, local.count) += kWeight * near.transpose() * near;
+    right.segment(local.first, local.count) += kWeight * near.transpose() * target;
   }
   return linalg::PivotedCholesky(normal).solve(right);
 }
@@ -317,7 +320,7 @@ class Locator {
     for (std::size_t k = 1; k < minima.size(); ++k) {
       const double excess = 2 * (minima[k].cost - best.cost);
       const double distance = problem_.distance_m(minima[k].z, best.z);
-      if (competes(excess, distance)) {
+      if (competes(excess, distance, kDecisiveCost)) {
         add_branch({.minimum = minima[k], .reference = fit_reference(problem_, minima[k].z, centre_)}, excess,
                    distance);
       }
@@ -325,9 +328,9 @@ class Locator {
     std::vector<Candidate> confined = floor_tests(problem_, result_, settings_.fit);
     for (std::size_t k = 0; k < confined.size(); ++k) {
       const FloorTest& test = result_.floor_tests[k];
-      if (competes(test.excess_cost, test.distance_m)) {
+      if (competes(test.excess_cost, test.distance_m, kDecisiveFloorCost)) {
         add_confined(std::move(confined[k]), test.excess_cost, test.distance_m);
-      } else if (competes(test.reference_excess_cost, test.reference_distance_m)) {
+      } else if (competes(test.reference_excess_cost, test.reference_distance_m, kDecisiveFloorCost)) {
         add_confined(std::move(confined[k]), test.reference_excess_cost, test.reference_distance_m);
       }
     }
@@ -339,9 +342,9 @@ class Locator {
 
  private:
   /// Whether a motion explains the data nearly as well as the best and is too far from it.
-  [[nodiscard]] bool competes(double excess, double distance) const {
+  [[nodiscard]] bool competes(double excess, double distance, double decisive) const {
     // Without a linear guarantee (NaN) every distance counts.
-    return excess < kDecisiveCost && !(distance <= result_.branches.front().stated->linear_guarantee_rms_m);
+    return excess < decisive && !(distance <= result_.branches.front().stated->linear_guarantee_rms_m);
   }
 
   /// Adds a fit that a floor test found unless it is one of the branches already.

@@ -49,19 +49,34 @@ class ErrorAt {
     block_sizes_ = motion.block_sizes;
   }
 
-  /// tau of each projection of the rows.
-  [[nodiscard]] double rms(const Eigen::Matrix3d& projection, const MotionCoordinates::Rows3& rows) const {
-    const MotionCoordinates::Rows3 seen = projection * rows;
-    const MotionCoordinates::Rows3 bias = seen * bias_;
+  /// Errors of three rows of the motion.
+  struct Rows {
+    MotionCoordinates::Rows3 noise;
+    MotionCoordinates::Rows3 bias;
+  };
+  [[nodiscard]] Rows of(const MotionCoordinates::Rows3& rows) const {
+    const NonzeroColumns local = nonzero_columns(rows);
+    const auto middle = rows.middleCols(local.first, local.count);
+    return {.noise = middle * noise_.middleRows(local.first, local.count),
+            .bias = middle * bias_.middleRows(local.first, local.count)};
+  }
+
+  /// tau of a projection of the rows.
+  [[nodiscard]] double rms(const Eigen::Matrix3d& projection, const Rows& rows) const {
+    const MotionCoordinates::Rows3 bias = projection * rows.bias;
     double sum = 0.0;
     Eigen::Index at = 0;
     for (const Eigen::Index size : block_sizes_) {
-      const Eigen::Matrix3d square = bias.middleCols(at, size) * bias.middleCols(at, size).transpose();
-      sum += std::sqrt(
-          std::max(0.0, linalg::SymmetricEigen3(square, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff()));
+      Eigen::Matrix3d square = Eigen::Matrix3d::Zero();
+      for (Eigen::Index j = at; j < at + size; ++j) {
+        square += bias.col(j) * bias.col(j).transpose();
+      }
+      linalg::SymmetricEigen3 eigen;
+      eigen.computeDirect(square, Eigen::EigenvaluesOnly);  // the largest one to its last digits
+      sum += std::sqrt(std::max(0.0, eigen.eigenvalues().maxCoeff()));
       at += size;
     }
-    return std::sqrt(sum * sum + (seen * noise_).squaredNorm());
+    return std::sqrt(sum * sum + (projection * rows.noise).squaredNorm());
   }
 
  private:
@@ -95,30 +110,21 @@ inline Sights look(const Scenario& scenario, const TrajectoryProblem& problem,
     const auto whiten = lower.triangularView<Eigen::Lower>();
     const MotionCoordinates::Rows3 rows = whiten.transpose().solve(Eigen::MatrixXd(
         whiten.solve(Eigen::MatrixXd(sight.J_position * position + sight.J_velocity * velocity))));
-    sight.error_per_unit = (reach * rows.transpose()).leftCols(count);
+    const NonzeroColumns local = nonzero_columns(rows);
+    sight.error_per_unit = reach.middleCols(local.first, local.count) *
+                           rows.middleCols(local.first, local.count).topRows(count).transpose();
     const Eigen::Vector3d e = sight.position_m.normalized();
     const Eigen::Matrix3d every = Eigen::Matrix3d::Identity();
-    sight.tube = {.all_m = error.rms(every, position),
-                  .across_m = error.rms(every - e * e.transpose(), position),
-                  .horizontal_m = error.rms(Eigen::Vector3d(1.0, 1.0, 0.0).asDiagonal(), position),
-                  .velocity_mps = error.rms(every, velocity)};
+    const ErrorAt::Rows error_m = error.of(position);
+    sight.tube = {
+        .all_m = error.rms(every, error_m),
+        .across_m = error.rms(every - e * e.transpose(), error_m),
+        .horizontal_m = error.rms(Eigen::Vector3d(1.0, 1.0, 0.0).asDiagonal(), error_m),
+        .velocity_mps = station.kind == SensorKind::kRangeRate ? error.rms(every, error.of(velocity)) : 0.0};
     result.channels += count;
     result.sights.push_back(std::move(sight));
   });
   return result;
-}
-
-/// C K L^-1 diag(half_width), one column per channel.
-inline Eigen::MatrixXd weigh(const Sights& sights, const std::vector<sensor::Padded>& half_width) {
-  Eigen::MatrixXd columns(sights.criterion_rows, sights.channels);
-  Eigen::Index at = 0;
-  for (std::size_t k = 0; k < sights.sights.size(); ++k) {
-    const Eigen::MatrixXd& unit = sights.sights[k].error_per_unit;
-    for (Eigen::Index i = 0; i < unit.cols(); ++i) {
-      columns.col(at++) = unit.col(i) * half_width[k](i);
-    }
-  }
-  return columns;
 }
 
 struct ChannelBound {
@@ -126,31 +132,85 @@ struct ChannelBound {
   double lower = 0.0;  ///< attained by signs
 };
 
-/// Bounds max |N s| over |s_k| <= 1 (also its root mean square over random s with E s_k^2 <= 1).
-inline ChannelBound bound_channels(const Eigen::MatrixXd& N) {
-  double sum = 0.0;
-  for (Eigen::Index k = 0; k < N.cols(); ++k) {
-    sum += (N.transpose() * N.col(k)).cwiseAbs().sum();
-  }
-  const linalg::SymmetricEigen eigen(N * N.transpose());
-  const double widest = std::max(0.0, eigen.eigenvalues()(eigen.eigenvalues().size() - 1));
-  const auto signs = [](const Eigen::VectorXd& x) -> Eigen::VectorXd {
-    return x.unaryExpr([](double value) { return value < 0.0 ? -1.0 : 1.0; });
-  };
-  Eigen::VectorXd s = signs(N.transpose() * eigen.eigenvectors().rightCols<1>());
-  constexpr int kSteps = 100;  // |N s| grows with each step but the last; a few are usual
-  for (int step = 0; step < kSteps; ++step) {
-    const Eigen::VectorXd next = signs(N.transpose() * (N * s));
-    if (next == s) {
-      break;
+/// How errors of the channels combine: N = C K L^-1 diag(half widths).
+class Channels {
+ public:
+  explicit Channels(const Sights& sights) : unit_(sights.criterion_rows, sights.channels) {
+    Eigen::Index at = 0;
+    for (const Sight& sight : sights.sights) {
+      unit_.middleCols(at, sight.error_per_unit.cols()) = sight.error_per_unit;
+      at += sight.error_per_unit.cols();
     }
-    s = next;
+    if (unit_.cols() <= kMostKept) {
+      gram_ = (unit_.transpose() * unit_).cwiseAbs();
+    }
   }
-  return {.upper = std::sqrt(std::min(sum, static_cast<double>(N.cols()) * widest)), .lower = (N * s).norm()};
-}
 
-/// Curvature term with the tube multiplied by `factor`; nothing where a remainder is not bounded.
-inline std::optional<ChannelBound> curvature(const Sights& sights, const ModelError& model, double factor) {
+  /// Bounds max |N s| over |s_k| <= 1 (also its root mean square over random s with E s_k^2 <= 1).
+  [[nodiscard]] ChannelBound bound(const Sights& sights,
+                                   const std::vector<sensor::Padded>& half_width) const {
+    const Eigen::VectorXd width = widths(sights, half_width);
+    const Eigen::MatrixXd N = unit_ * width.asDiagonal();
+    const linalg::SymmetricEigen eigen(N * N.transpose());
+    const auto signs = [](const Eigen::VectorXd& x) -> Eigen::VectorXd {
+      return x.unaryExpr([](double value) { return value < 0.0 ? -1.0 : 1.0; });
+    };
+    Eigen::VectorXd s = signs(N.transpose() * eigen.eigenvectors().rightCols<1>());
+    constexpr int kSteps = 100;  // |N s| grows with each step but the last; a few are usual
+    for (int step = 0; step < kSteps; ++step) {
+      const Eigen::VectorXd next = signs(N.transpose() * (N * s));
+      if (next == s) {
+        break;
+      }
+      s = next;
+    }
+    return {.upper = upper(width, eigen.eigenvalues().maxCoeff()), .lower = (N * s).norm()};
+  }
+
+  /// The upper bound alone.
+  [[nodiscard]] double bound_above(const Sights& sights,
+                                   const std::vector<sensor::Padded>& half_width) const {
+    const Eigen::VectorXd width = widths(sights, half_width);
+    const Eigen::MatrixXd N = unit_ * width.asDiagonal();
+    return upper(width,
+                 linalg::SymmetricEigen(N * N.transpose(), Eigen::EigenvaluesOnly).eigenvalues().maxCoeff());
+  }
+
+ private:
+  /// Channels up to which |N'N| is kept for other widths (200 MB).
+  static constexpr Eigen::Index kMostKept = 5000;
+
+  [[nodiscard]] static Eigen::VectorXd widths(const Sights& sights,
+                                              const std::vector<sensor::Padded>& half_width) {
+    Eigen::VectorXd result(sights.channels);
+    Eigen::Index at = 0;
+    for (std::size_t k = 0; k < sights.sights.size(); ++k) {
+      for (Eigen::Index i = 0; i < sights.sights[k].error_per_unit.cols(); ++i) {
+        result(at++) = half_width[k](i);
+      }
+    }
+    return result;
+  }
+
+  [[nodiscard]] double upper(const Eigen::VectorXd& width, double largest) const {
+    double sum = 0.0;
+    if (gram_.size() > 0) {
+      sum = width.dot(gram_ * width);
+    } else {
+      for (Eigen::Index k = 0; k < unit_.cols(); ++k) {
+        sum += width(k) * width.dot((unit_.transpose() * unit_.col(k)).cwiseAbs());
+      }
+    }
+    return std::sqrt(std::min(sum, static_cast<double>(width.size()) * std::max(0.0, largest)));
+  }
+
+  Eigen::MatrixXd unit_;  ///< C K L^-1
+  Eigen::MatrixXd gram_;  ///< |unit' unit| entry by entry; empty above kMostKept
+};
+
+/// Half widths of the remainders with the tube multiplied by `factor`; nothing where one is not bounded.
+inline std::optional<std::vector<sensor::Padded>> remainder_widths(const Sights& sights,
+                                                                   const ModelError& model, double factor) {
   std::vector<sensor::Padded> widths;
   for (const Sight& sight : sights.sights) {
     const DeviationRadius& tau = sight.tube;
@@ -166,11 +226,11 @@ inline std::optional<ChannelBound> curvature(const Sights& sights, const ModelEr
     }
     widths.push_back(bound.half_width);
   }
-  return bound_channels(weigh(sights, widths));
+  return widths;
 }
 
 /// The model error through the estimator, plus itself.
-inline double model_term(const Sights& sights, const ModelError& model) {
+inline double model_term(const Sights& sights, const Channels& channels, const ModelError& model) {
   if (model.position_m == 0.0 && model.velocity_mps == 0.0) {
     return 0.0;
   }
@@ -180,7 +240,7 @@ inline double model_term(const Sights& sights, const ModelError& model) {
       widths.emplace_back(sight.J_position.rowwise().norm() * model.position_m +
                           sight.J_velocity.rowwise().norm() * model.velocity_mps);
     }
-    return bound_channels(weigh(sights, widths)).upper + model.position_m;
+    return channels.bound_above(sights, widths) + model.position_m;
   }
   // max |sum_k N_k s_k| over sum |s_k|^2 <= n is sqrt(n lambda_max(sum N_k N_k')).
   Eigen::MatrixXd position = Eigen::MatrixXd::Zero(sights.criterion_rows, sights.criterion_rows);
@@ -201,17 +261,18 @@ inline double model_term(const Sights& sights, const ModelError& model) {
 }
 
 /// g where widening the tube by g/g_lin changes nothing any more; nothing where it keeps growing.
-inline std::optional<double> fixed_point(const Sights& sights, const ModelError& model, double g_lin,
-                                         double first, double g_model) {
+inline std::optional<double> fixed_point(const Sights& sights, const Channels& channels,
+                                         const ModelError& model, double g_lin, double first,
+                                         double g_model) {
   constexpr int kRounds = 500;
   constexpr double kSettled = 1e-13;
   double g = first;
   for (int round = 0; round < kRounds; ++round) {
-    const std::optional<ChannelBound> wider = curvature(sights, model, g / g_lin);
+    const auto wider = remainder_widths(sights, model, g / g_lin);
     if (!wider) {
       return std::nullopt;
     }
-    const double next = g_lin + wider->upper + g_model;
+    const double next = g_lin + channels.bound_above(sights, *wider) + g_model;
     if (std::abs(next - g) <= kSettled * next) {
       return next;
     }
@@ -288,18 +349,20 @@ TRAMMEL_INLINE StatedValue state(const FitProblem& fit, const Eigen::VectorXd& r
   for (const detail::Sight& sight : sights.sights) {
     result.tube_m.push_back(sight.tube.all_m);
   }
-  const std::optional<detail::ChannelBound> beta = detail::curvature(sights, model_error, 1.0);
-  if (!beta) {
+  const auto widths = detail::remainder_widths(sights, model_error, 1.0);
+  if (!widths) {
     return result;
   }
+  const detail::Channels channels(sights);
+  const detail::ChannelBound beta = channels.bound(sights, *widths);
   const double g_lin = result.linear_guarantee_rms_m;
-  result.curvature_rms_m = beta->upper;
-  result.curvature_lower_rms_m = beta->lower;
-  result.model_error_rms_m = detail::model_term(sights, model_error);
-  result.kappa = beta->upper / g_lin;
-  result.sum_rms_m = g_lin + beta->upper + result.model_error_rms_m;
+  result.curvature_rms_m = beta.upper;
+  result.curvature_lower_rms_m = beta.lower;
+  result.model_error_rms_m = detail::model_term(sights, channels, model_error);
+  result.kappa = beta.upper / g_lin;
+  result.sum_rms_m = g_lin + beta.upper + result.model_error_rms_m;
   result.fixed_point_rms_m =
-      detail::fixed_point(sights, model_error, g_lin, result.sum_rms_m, result.model_error_rms_m);
+      detail::fixed_point(sights, channels, model_error, g_lin, result.sum_rms_m, result.model_error_rms_m);
   const bool settled = result.fixed_point_rms_m.has_value() && result.kappa <= 0.25;  // f = 1 + kappa f^2
   result.consistency = settled ? Consistency::kSelfConsistent : Consistency::kCurvatureDominated;
   result.stated_rms_m = settled ? *result.fixed_point_rms_m : result.sum_rms_m;
