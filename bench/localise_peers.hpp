@@ -46,35 +46,42 @@ inline double unbiased_sigma(const Eigen::MatrixXd& information, const Eigen::Ma
   return std::sqrt(std::max(0.0, (criterion_factor * spread).trace()));
 }
 
-/// Best linear unbiased estimate (Gauss, Markov) with the spline of the scenario, linearised where the
-/// guaranteed one is.
-inline PeerEstimate gauss_markov(const localise::StatedValue& stated, const std::vector<double>& times_s) {
-  const Eigen::MatrixXd& F = stated.problem.problem.information_factor;
-  const Eigen::MatrixXd information = F.transpose() * F;
-  const Eigen::VectorXd right = F.transpose() * stated.problem.information_rhs;
-  const Eigen::VectorXd z = linalg::PivotedCholesky(information).solve(right);
-  return {positions(stated.problem, z, times_s),
-          unbiased_sigma(information, stated.problem.problem.criterion_factor)};
-}
+/// Estimates without bounds.
+struct PeerEstimates {
+  PeerEstimate gauss_markov;  ///< best linear unbiased one, linearised near the guaranteed one
+  std::optional<PeerEstimate> least_squares;  ///< converged; nothing where it does not start
+};
 
-/// Nonlinear least squares with the spline of the scenario and no bounds, from the guaranteed estimate's
-/// linearisation point. Nothing where a measurement ceases to be defined on the way.
-inline std::optional<PeerEstimate> least_squares(Scenario scenario, const localise::StatedValue& stated,
-                                                 const std::vector<double>& times_s) {
-  const Eigen::MatrixXd start = stated.problem.coordinates.motion(stated.reference);
+/// Both with the knots of `scenario`, whose bounds are taken away, from the spline with these knots nearest
+/// to the path that the guaranteed estimate is linearised about.
+inline PeerEstimates unbounded_estimates(Scenario scenario, const localise::StatedValue& stated,
+                                         const std::vector<double>& times_s) {
   const Eigen::Vector3d unbounded = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
   scenario.bounds = {.position_m = unbounded,
                      .velocity_mps = unbounded,
                      .acceleration_mps2 = std::vector<Eigen::Vector3d>(scenario.segments(), unbounded)};
   const localise::FitProblem problem(scenario);
-  const Eigen::VectorXd z = problem.trajectory().coordinates.from_motion(start);
-  if (!std::isfinite(problem.cost(z, 0.0))) {
-    return std::nullopt;
+  const trajectory::QuadraticSpline<double> about = stated.problem.coordinates.spline(stated.reference);
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(problem.parameters(), problem.parameters());
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(problem.parameters());
+  for (const double t : times_s) {
+    const MotionCoordinates::Rows3 rows = problem.trajectory().coordinates.position_rows(t);
+    normal += rows.transpose() * rows;
+    right += rows.transpose() * about.position(t);
   }
-  const localise::Fit fit = localise::fit_levenberg_marquardt(problem, z, 0.0, {.max_systems = 300});
-  return PeerEstimate{
-      positions(problem.trajectory(), fit.z, times_s),
-      unbiased_sigma(problem.expand(fit.z, 0.0).hessian, problem.trajectory().problem.criterion_factor)};
+  const Eigen::VectorXd start = linalg::PivotedCholesky(normal).solve(right);
+  const Eigen::MatrixXd& C = problem.trajectory().problem.criterion_factor;
+  const localise::Quadratic at = problem.expand(start, 0.0);
+  const Eigen::VectorXd one_step = start - linalg::PivotedCholesky(at.hessian).solve(at.gradient);
+  PeerEstimates result{
+      .gauss_markov = {positions(problem.trajectory(), one_step, times_s), unbiased_sigma(at.hessian, C)},
+      .least_squares = {}};
+  const localise::Fit fit = localise::fit_levenberg_marquardt(problem, start, 0.0, {.max_systems = 300});
+  if (std::isfinite(fit.cost)) {
+    result.least_squares = PeerEstimate{positions(problem.trajectory(), fit.z, times_s),
+                                        unbiased_sigma(problem.expand(fit.z, 0.0).hessian, C)};
+  }
+  return result;
 }
 
 /// Kalman smoother (Rauch, Tung, Striebel 1965) for a body whose derivative of order `Order` is white noise:

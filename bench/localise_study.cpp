@@ -234,10 +234,10 @@ Scenario make_scenario(const Window& window, const SetUp& set_up, double segment
 }
 
 /// The lengths tried for segments.
-constexpr std::array kSegments_s{1.0, 2.0, 3.0, 5.0, 10.0};
+constexpr std::array kSegments_s{1.0, 2.0, 3.0, 4.0, 5.0, 10.0};
 
 /// Shorter segments than that many in a window gain little and cost much.
-constexpr double kMostSegments = 150.0;
+constexpr double kMostSegments = 75.0;
 
 /// The length whose linear guarantee plus model error, before any measurement, is least: what a user can
 /// know.
@@ -333,9 +333,14 @@ void study_flights(const std::string& directory, int windows) {
         const auto peer = [&](Tally& tally, const study::PeerEstimate& estimate) {
           tally.add(rms_error(estimate.positions_m, window, times), estimate.sigma_m);
         };
-        peer(gauss_markov, study::gauss_markov(stated, times));
-        if (const auto estimate = study::least_squares(scenario, stated, times)) {
-          peer(least_squares, *estimate);
+        // Without bounds short segments leave the motion undetermined: they have the length that suits them.
+        constexpr double kUnboundedSegment_s = 5.0;
+        Scenario longer = scenario;
+        longer.knots_s = equally_spaced(0.0, window.duration_s, kUnboundedSegment_s);
+        const study::PeerEstimates peers = study::unbounded_estimates(longer, stated, times);
+        peer(gauss_markov, peers.gauss_markov);
+        if (peers.least_squares) {
+          peer(least_squares, *peers.least_squares);
         }
         peer(velocity, study::KalmanSmoother<2>(scenario, times).run());
         peer(acceleration, study::KalmanSmoother<3>(scenario, times).run());
