@@ -26,11 +26,7 @@ namespace trammel::io {
 [[nodiscard]] std::string format_measurements(const std::vector<Measurement>& measurements,
                                               const std::vector<Station>& stations);
 
-/// Positions over time.
-struct PathSamples {
-  std::vector<double> times_s;  ///< strictly increasing, at least two
-  std::vector<Eigen::Vector3d> positions_m;
-};
+using trammel::PathSamples;
 
 /// Reads `t_s,x_m,y_m,z_m`; the further columns of a trajectory.csv and of the path.csv of `observer plan`
 /// are allowed and left out. Throws Error unless times increase and reach from `begin_s` to `end_s`.

@@ -10,9 +10,6 @@
 
 namespace trammel::io {
 
-namespace {
-
-/// Names of a kind's components, in their order.
 std::vector<std::string> component_columns(SensorKind kind) {
   switch (kind) {
     case SensorKind::kDirectionCosinesRange:
@@ -32,6 +29,8 @@ std::vector<std::string> component_columns(SensorKind kind) {
   }
   return {};
 }
+
+namespace {
 
 /// A station's part of the header: its components and their columns.
 struct StationColumns {

@@ -11,6 +11,9 @@
 
 namespace trammel::io {
 
+/// Names of a kind's components with their units, in their order (the table at read_wide_form).
+[[nodiscard]] std::vector<std::string> component_columns(SensorKind kind);
+
 /// Whether a table is in wide form: columns NAME.COMPONENT and no column `station`.
 [[nodiscard]] bool is_wide_form(const CsvTable& table);
 

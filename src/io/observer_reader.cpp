@@ -118,11 +118,8 @@ observer::Candidate read_candidate(const Document& document, const Node& node, C
   const std::filesystem::path file = document.resolve(named);
   const auto& times = scenario.stations[station].times_s;
   const auto [first, last] = std::minmax_element(times.begin(), times.end());
-  const PathSamples samples = read_path(file, *first, *last);
+  candidate.scenario = observer::with_station_along(scenario, station, read_path(file, *first, *last));
   input.base.inputs.push_back({named, sha256(read_text(file))});
-  const auto path = trajectory::NominalTrajectory::through(samples.times_s, samples.positions_m);
-  candidate.scenario = observer::with_station_along(
-      scenario, station, [&path](double time_s) -> Eigen::Vector3d { return path.position(time_s); });
   return candidate;
 }
 

@@ -142,4 +142,34 @@ TEST(Remainder, IsNotBoundedWhereTheDeviationReachesHalfTheDistance) {
   EXPECT_FALSE(localise::bound_remainder(SensorKind::kRange, x, Eigen::Vector3d::Zero(), near).valid);
 }
 
+// Drawn motions and clocks never exceed the bound of the remainder, and come close to it.
+TEST(Remainder, OfAWrongClockIsBounded) {
+  RandomStream stream(kSeed + 1);
+  for (const SensorKind kind : {SensorKind::kAzimuthElevationRange, SensorKind::kRangeRate,
+                                SensorKind::kDirectionCosinesRange, SensorKind::kPosition}) {
+    double closest = 0.0;
+    for (int draw = 0; draw < 4000; ++draw) {
+      const auto random = [&](double size) { return Eigen::Vector3d(size * direction(stream)); };
+      const Eigen::Vector3d x = random(5000.0), v = random(200.0), a = random(5.0);  // reference
+      const Eigen::Vector3d dx = random(draw % 3 == 0 ? 0.0 : 50.0), dv = random(20.0), w = random(9.0);
+      const double s = (2 * stream.uniform() - 1) * (draw % 2 == 0 ? 0.01 : 1.0);
+      const sensor::Linearised model = sensor::linearise(kind, x, v);
+      const Eigen::Vector3d linear = dx + v * s;
+      const localise::RemainderBound bound = localise::bound_remainder(
+          kind, x, v, model, radius({.x = x, .v = v, .dx = linear, .dv = dv}),
+          {.offset_s = std::abs(s), .reference_mps2 = a.norm(), .acceleration_mps2 = w.norm()});
+      const Eigen::Vector3d position = x + dx + (v + dv) * s + w * s * s / 2;
+      const Eigen::Vector3d velocity = v + dv + w * s;
+      const sensor::Padded left =
+          sensor::difference(kind, sensor::measure(kind, position, velocity), model.value) -
+          model.J_value_position * linear - model.J_value_velocity * (dv + a * s);
+      for (Eigen::Index c = 0; bound.valid && c < components(kind); ++c) {
+        EXPECT_LE(std::abs(left(c)), bound.half_width(c) * (1 + 1e-9) + 1e-9) << draw;
+        closest = std::max(closest, std::abs(left(c)) / (bound.half_width(c) + 1e-9));
+      }
+    }
+    EXPECT_GT(closest, 0.5) << describe(kind).name;
+  }
+}
+
 }  // namespace

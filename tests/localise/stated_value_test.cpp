@@ -221,19 +221,66 @@ INSTANTIATE_TEST_SUITE_P(Localise, ReferenceCase,
                                               {81.4660997, 43.227902, 113.397985}}),
                          [](const auto& tested) { return tested.param.name; });
 
-TEST(FitProblem, HasTheDerivativesOfItsCost) {
-  const localise::FitProblem fit(test::descent_scenario(1, 1), 0.0);
-  Eigen::VectorXd theta = Eigen::VectorXd::Constant(27, 3.0);
-  const Eigen::VectorXd z = fit.trajectory().coordinates.from_motion(theta);
-  ASSERT_TRUE(fit.inside(z));
-  const double mu = 50.0;  // barriers and measurements both count
-  const localise::Quadratic at = fit.expand(z, mu);
-  EXPECT_NEAR(at.cost, fit.cost(z, mu), 1e-9 * std::abs(at.cost));
-  for (Eigen::Index i = 0; i < z.size(); ++i) {
-    const Eigen::VectorXd step = 1e-6 * Eigen::VectorXd::Unit(z.size(), i);
-    const double slope = (fit.cost(z + step, mu) - fit.cost(z - step, mu)) / 2e-6;
-    EXPECT_NEAR(at.gradient(i), slope, 1e-5 * (at.gradient.norm() + 1.0)) << i;
+/// The descent seen from a station that moves and errs, in direction cosines and range and in range rate.
+Scenario errant_scenario() {
+  Scenario scenario = test::descent_scenario(1, 1);
+  Station& station = scenario.stations[0];
+  station.track = {.times_s = {0.0, 40.0, 70.0}, .positions_m = {{0, 0, 0}, {90, 30, 0}, {90, 150, 40}}};
+  station.bias = {.components = Eigen::VectorXd{{0.004, 0.0, 80.0}}, .time_s = 0.3};
+  scenario.stations.push_back({.name = "doppler",
+                               .kind = SensorKind::kRangeRate,
+                               .position_m = {3000, -2000, 10},
+                               .covariance = Eigen::MatrixXd::Constant(1, 1, 0.5),
+                               .times_s = {},
+                               .bias = {.components = Eigen::VectorXd::Ones(1), .time_s = 0.2}});
+  for (const double t : {5.5, 33.3, 61.1}) {
+    scenario.observations.push_back(
+        {.t_s = t, .station = 1, .value = Eigen::VectorXd::Constant(1, 250.0), .covariance = {}});
   }
+  return scenario;
+}
+
+TEST(FitProblem, HasTheDerivativesOfItsCost) {
+  for (const Scenario& scenario : {test::descent_scenario(1, 1), errant_scenario()}) {
+    const localise::FitProblem fit(scenario, 0.0);
+    const Eigen::VectorXd theta = Eigen::VectorXd::Constant(27, 3.0);
+    const auto q = static_cast<Eigen::Index>(bias_parameters(scenario).size());
+    const Eigen::VectorXd z =
+        fit.trajectory().coordinates.from_motion(theta, Eigen::VectorXd::Constant(q, 1e-3));
+    ASSERT_EQ(z.size(), 27 + q);
+    ASSERT_TRUE(fit.inside(z));
+    const double mu = 50.0;  // barriers and measurements both count
+    const localise::Quadratic at = fit.expand(z, mu);
+    EXPECT_NEAR(at.cost, fit.cost(z, mu), 1e-9 * std::abs(at.cost));
+    for (Eigen::Index i = 0; i < z.size(); ++i) {
+      const Eigen::VectorXd step = 1e-6 * Eigen::VectorXd::Unit(z.size(), i);
+      const double slope = (fit.cost(z + step, mu) - fit.cost(z - step, mu)) / 2e-6;
+      EXPECT_NEAR(at.gradient(i), slope, 1e-5 * (at.gradient.norm() + 1.0)) << i;
+    }
+    EXPECT_NEAR(fit.chi2(z), 2 * fit.cost(z, 0.0), 1e-9 * fit.chi2(z));
+    // The Jacobian of the fit is that of the problem linearised there.
+    const auto deviation = fit.trajectory().coordinates.spline(z);
+    const TrajectoryProblem linear = assemble(
+        scenario, &deviation, fit.trajectory().coordinates.time_offsets_s(z, scenario.stations.size()));
+    const Eigen::VectorXd scale = linear.coordinates.from_motion(
+        theta, Eigen::VectorXd::Constant(q, 1e-3));  // the same point in the other's coordinates
+    const Eigen::MatrixXd& F = linear.problem.information_factor;
+    EXPECT_NEAR((F * scale).squaredNorm(), z.dot(fit.expand(z, 0.0).hessian * z),
+                1e-9 * (F * scale).squaredNorm());
+  }
+}
+
+TEST(FitProblem, PullsBiasesInside) {
+  const localise::FitProblem fit(errant_scenario(), 0.0);
+  const MotionCoordinates& coordinates = fit.trajectory().coordinates;
+  const Eigen::VectorXd biases = Eigen::VectorXd::Constant(5, 0.1);
+  const Eigen::VectorXd wide = coordinates.from_motion(Eigen::VectorXd::Zero(27), biases);
+  EXPECT_FALSE(fit.inside(wide));
+  const Eigen::VectorXd pulled = fit.pull_inside(wide, 0.5, Eigen::VectorXd::Zero(wide.size()));
+  EXPECT_TRUE(fit.inside(pulled));
+  EXPECT_NEAR((fit.trajectory().problem.ellipsoids[9] * pulled).norm(), 0.5, 1e-12);
+  // The second station's were small enough but for the clock: 0.1 of 1 and of 0.2.
+  EXPECT_NEAR((fit.trajectory().problem.ellipsoids[10] * pulled).norm(), 0.5, 1e-12);
 }
 
 TEST(FitProblem, KnowsItsBoundsAndItsFloor) {

@@ -152,6 +152,25 @@ Scenario observed_scenario() {
   return scenario;
 }
 
+/// The same from stations that move, whose readings and clocks are off.
+Scenario biased_scenario() {
+  Scenario scenario = observed_scenario();
+  for (std::size_t i = 0; i < scenario.stations.size(); ++i) {
+    Station& station = scenario.stations[i];
+    if (i % 2 == 0) {
+      station.track = {.times_s = {-6.0, 10.0, 34.0},
+                       .positions_m = {station.position_m, station.position_m + Eigen::Vector3d(90, -70, 9),
+                                       station.position_m + Eigen::Vector3d(150, 30, 0)}};
+    }
+    if (i % 3 != 1) {
+      station.bias.components = Eigen::VectorXd::LinSpaced(components(station.kind), 0.3, 0.5);
+      station.bias.components(0) = i == 2 ? kInfinity : 0.0;
+    }
+    station.bias.time_s = i % 3 == 0 ? 0.0 : 0.2;
+  }
+  return scenario;
+}
+
 /// J and F'y by the definition: dense sums in z, Jacobians by central differences of the measurement.
 struct Normal {
   Eigen::MatrixXd J;
@@ -165,13 +184,26 @@ Normal by_definition(const Scenario& scenario, const TrajectoryProblem& assemble
     const Eigen::Index size = components(station.kind);
     const auto at = [&](const Eigen::VectorXd& z) {
       const auto spline = assembled.coordinates.spline(z);
-      return sensor::measure(station.kind,
-                             assembled.nominal.position(m.t_s) + spline.position(m.t_s) - station.position_m,
-                             assembled.nominal.velocity(m.t_s) + spline.velocity(m.t_s));
+      const double t = m.t_s + assembled.coordinates.time_offsets_s(z, scenario.stations.size())[m.station];
+      const auto path =
+          station.track.times_s.empty()
+              ? trajectory::NominalTrajectory::line(0.0, station.position_m, Eigen::Vector3d::Zero())
+              : trajectory::NominalTrajectory::through(station.track.times_s, station.track.positions_m);
+      sensor::Padded value =
+          sensor::measure(station.kind, assembled.nominal.position(t) + spline.position(t) - path.position(t),
+                          assembled.nominal.velocity(t) + spline.velocity(t) - path.velocity(t));
+      const Eigen::VectorXd biases = assembled.coordinates.biases(z);
+      for (std::size_t k = 0; k < assembled.coordinates.bias_parameters().size(); ++k) {
+        const BiasParameter& bias = assembled.coordinates.bias_parameters()[k];
+        if (bias.station == m.station && bias.component != BiasParameter::kTimeOffset) {
+          value(bias.component) += biases(static_cast<Eigen::Index>(k));
+        }
+      }
+      return value;
     };
     Eigen::MatrixXd H(size, p);
     for (Eigen::Index j = 0; j < p; ++j) {
-      const double step = 0.02;
+      const double step = assembled.coordinates.motion_parameters() > j ? 0.02 : 1e-3;
       const Eigen::VectorXd z = step * Eigen::VectorXd::Unit(p, j);
       H.col(j) = sensor::unpadded((at(z) - at(-z)) / (2 * step), size);
     }
@@ -184,14 +216,39 @@ Normal by_definition(const Scenario& scenario, const TrajectoryProblem& assemble
   return normal;
 }
 
-TEST(Assemble, AgreesWithTheDefinitionForEveryKind) {
-  const Scenario scenario = observed_scenario();
+void expect_the_definition(const Scenario& scenario, Eigen::Index parameters) {
   const TrajectoryProblem assembled = assemble(scenario);
+  ASSERT_EQ(assembled.problem.parameters(), parameters);
   const Normal expected = by_definition(scenario, assembled);
   const Eigen::MatrixXd& F = assembled.problem.information_factor;
   EXPECT_LT((F.transpose() * F - expected.J).norm(), 1e-6 * expected.J.norm());
   EXPECT_LT((F.transpose() * assembled.information_rhs - expected.Fy).norm(), 1e-6 * expected.Fy.norm());
   EXPECT_EQ(assembled.observations, 35U);
+}
+
+TEST(Assemble, AgreesWithTheDefinitionForEveryKind) { expect_the_definition(observed_scenario(), 18); }
+
+TEST(Assemble, AgreesWithTheDefinitionForStationsThatMoveAndErr) {
+  const Scenario scenario = biased_scenario();
+  // Components 3 + 3 (without the first) of kinds 0, 2, 3, 5, 6, one of them unbounded; four clocks.
+  const std::vector<BiasParameter> biases = bias_parameters(scenario);
+  ASSERT_EQ(biases.size(), 2U + 1U + 1U + 2U + 4U);
+  expect_the_definition(scenario, 18 + 10);
+  const TrajectoryProblem assembled = assemble(scenario);
+  EXPECT_EQ(assembled.problem.criterion_factor.rightCols(10).norm(), 0.0);
+  // One ellipsoid per station with bounded biases, in which semi-axes have unit length.
+  EXPECT_EQ(assembled.ellipsoid_of_station, (std::vector<Eigen::Index>{6, 7, 8, 9, 10, 11, 12}));
+  for (std::size_t k = 0; k < biases.size(); ++k) {
+    const bool bounded = std::isfinite(biases[k].semi_axis);
+    const Eigen::VectorXd z = assembled.coordinates.from_motion(
+        Eigen::VectorXd::Zero(18),
+        Eigen::VectorXd::Unit(10, static_cast<Eigen::Index>(k)) * (bounded ? biases[k].semi_axis : 1.0));
+    for (std::size_t l = 0; l < assembled.problem.ellipsoids.size(); ++l) {
+      const bool own = static_cast<Eigen::Index>(l) == assembled.ellipsoid_of_station[biases[k].station];
+      EXPECT_NEAR((assembled.problem.ellipsoids[l] * z).norm(), own && bounded ? 1.0 : 0.0, 1e-12);
+    }
+    EXPECT_NEAR(assembled.coordinates.biases(z).norm(), bounded ? biases[k].semi_axis : 1.0, 1e-12);
+  }
 }
 
 TEST(Assemble, TheOrderOfMeasurementsDoesNotMatter) {
@@ -235,24 +292,33 @@ TEST(Assemble, PlannedMeasurementsHaveTheSameInformation) {
 // Linearised about another path, the data still describe deviations from the reference: with exact
 // measurements of a motion, linearised about that motion, the residual vanishes there.
 TEST(Assemble, LinearisesAboutAnotherPath) {
-  Scenario scenario = observed_scenario();
-  const TrajectoryProblem reference = assemble(scenario);
-  Eigen::VectorXd theta = Eigen::VectorXd::LinSpaced(18, -2.0, 3.0);
-  theta.head<3>() << 40.0, -30.0, 15.0;
-  const auto deviation = reference.coordinates.spline(reference.coordinates.from_motion(theta));
-  for (Measurement& m : scenario.observations) {
-    const Station& station = scenario.stations[m.station];
-    m.value = sensor::unpadded(
-        sensor::measure(station.kind,
-                        reference.nominal.position(m.t_s) + deviation.position(m.t_s) - station.position_m,
-                        reference.nominal.velocity(m.t_s) + deviation.velocity(m.t_s)),
-        components(station.kind));
+  for (Scenario scenario : {observed_scenario(), biased_scenario()}) {
+    const TrajectoryProblem reference = assemble(scenario);
+    Eigen::VectorXd theta = Eigen::VectorXd::LinSpaced(18, -2.0, 3.0);
+    theta.head<3>() << 40.0, -30.0, 15.0;
+    const auto q = static_cast<Eigen::Index>(reference.coordinates.bias_parameters().size());
+    const Eigen::VectorXd biases = Eigen::VectorXd::LinSpaced(q, -0.1, 0.15);
+    const Eigen::VectorXd truth = reference.coordinates.from_motion(theta, biases);
+    const auto deviation = reference.coordinates.spline(truth);
+    const std::vector<double> offsets = reference.coordinates.time_offsets_s(truth, scenario.stations.size());
+    for (Measurement& m : scenario.observations) {
+      const Station& station = scenario.stations[m.station];
+      const double t = m.t_s + offsets[m.station];
+      const RelativeMotion motion = relative_motion(reference.nominal, reference.stations[m.station], t);
+      const sensor::Padded bias =
+          bias_columns(reference.coordinates.bias_parameters(), m.station, sensor::Padded::Zero()) * biases;
+      m.value = sensor::unpadded(sensor::measure(station.kind, motion.position_m + deviation.position(t),
+                                                 motion.velocity_mps + deviation.velocity(t)) +
+                                     bias,
+                                 components(station.kind));
+    }
+    const TrajectoryProblem about = assemble(scenario, &deviation, offsets);
+    const Eigen::VectorXd z = about.coordinates.from_motion(theta, biases);
+    const Eigen::MatrixXd& F = about.problem.information_factor;
+    EXPECT_LT((F * z - about.information_rhs).norm(), 1e-9 * about.information_rhs.norm());
+    EXPECT_LT(about.information_residual, 1e-9 * about.information_rhs.squaredNorm());
+    EXPECT_THROW((void)assemble(scenario, &deviation, {0.1}), Error);
   }
-  const TrajectoryProblem about = assemble(scenario, &deviation);
-  const Eigen::VectorXd z = about.coordinates.from_motion(theta);
-  const Eigen::MatrixXd& F = about.problem.information_factor;
-  EXPECT_LT((F * z - about.information_rhs).norm(), 1e-9 * about.information_rhs.norm());
-  EXPECT_LT(about.information_residual, 1e-9 * about.information_rhs.squaredNorm());
 }
 
 TEST(Assemble, ZeroRemovesExactlyAndInfinityLeavesFree) {

@@ -80,6 +80,28 @@ const std::vector<Broken> kBroken{
      "criterion.window_s[1]"},
     {"station_position", [](S s) { s.stations[0].position_m.x() = kInfinity; },
      "station 'station1' position_m"},
+    {"track_counts",
+     [](S s) {
+       s.stations[0].track = {.times_s = {0.0, 70.0}, .positions_m = {{1, 2, 3}}};
+     },
+     "station 'station1' track samples"},
+    {"track_order",
+     [](S s) {
+       s.stations[0].track = {.times_s = {0.0, 0.0}, .positions_m = {{1, 2, 3}, {4, 5, 6}}};
+     },
+     "station 'station1' track sample 2"},
+    {"track_too_short",
+     [](S s) {
+       s.stations[0].track = {.times_s = {4.0, 70.0}, .positions_m = {{1, 2, 3}, {4, 5, 6}}};
+     },
+     "observation 0 at 3"},
+    {"bias_shape", [](S s) { s.stations[0].bias.components = Eigen::VectorXd::Ones(2); }, "bias"},
+    {"bias_negative", [](S s) { s.stations[0].bias.time_s = -0.1; }, "bias"},
+    {"bias_nan",
+     [](S s) {
+       s.stations[0].bias.components = Eigen::VectorXd{{0.0, kNan, 0.0}};
+     },
+     "bias"},
     {"covariance_shape", [](S s) { s.stations[0].covariance = Eigen::Matrix2d::Identity(); }, "covariance"},
     {"covariance_nan", [](S s) { s.stations[0].covariance(1, 1) = kNan; }, "covariance"},
     {"covariance_asymmetric", [](S s) { s.stations[0].covariance(0, 1) *= 1.01; }, "covariance"},

@@ -155,9 +155,10 @@ path = "path.csv"
                       "t_s,x_m,y_m,z_m,u1_mps,u2_mps\n0,0,0,0,1,1\n60,9,9,9,1,1\n");
   ASSERT_EQ(input.candidates.size(), 2U);
   EXPECT_EQ(input.candidates[0].scenario.stations[0].position_m, Eigen::Vector3d(500, -500, 0));
-  ASSERT_EQ(input.candidates[1].scenario.stations.size(), 13U);
-  EXPECT_LT((input.candidates[1].scenario.stations[12].position_m - Eigen::Vector3d(9, 9, 9)).norm(), 1e-12);
-  EXPECT_EQ(input.candidates[1].scenario.stations[12].times_s, std::vector<double>{60.0});
+  ASSERT_EQ(input.candidates[1].scenario.stations.size(), 1U);
+  EXPECT_EQ(input.candidates[1].scenario.stations[0].track.times_s, (std::vector<double>{0.0, 60.0}));
+  EXPECT_EQ(input.candidates[1].scenario.stations[0].track.positions_m[1], Eigen::Vector3d(9, 9, 9));
+  EXPECT_EQ(input.candidates[1].scenario.stations[0].times_s.size(), 13U);
   EXPECT_EQ(input.base.inputs.size(), 3U);
 }
 

@@ -9,14 +9,17 @@ namespace {
 
 using namespace trammel;
 
+class BandedTriangle : public testing::TestWithParam<Eigen::Index> {};
+
 // Rows in any order, gaps, scales from 1e-6 to 1e6: the same normal equations as dense sums.
-TEST(BandedTriangle, KeepsTheNormalEquations) {
+TEST_P(BandedTriangle, KeepsTheNormalEquations) {
   constexpr std::uint64_t kSeed = 99;
   RandomStream stream(kSeed);
   const Eigen::Index blocks = 7;
-  linalg::BandedRows<5, 2> rows(blocks);
+  const Eigen::Index border = GetParam();
+  linalg::BandedRows<5, 2> rows(blocks, border);
   const Eigen::Index p = rows.columns();
-  ASSERT_EQ(p, 17);
+  ASSERT_EQ(p, 17 + border);
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(200, p);
   Eigen::VectorXd b(200);
   for (Eigen::Index i = 0; i < A.rows(); ++i) {
@@ -31,7 +34,12 @@ TEST(BandedTriangle, KeepsTheNormalEquations) {
       row.setZero();  // nothing seen
     }
     A.row(i).segment<5>(2 * block) = row;
-    rows.add(block, row, b(i));
+    Eigen::RowVectorXd last(border);
+    for (double& x : last) {
+      x = i % 3 == 0 ? 0.0 : stream.normal();
+    }
+    A.row(i).tail(border) = last;
+    rows.add(block, row, last, b(i));
   }
   const linalg::ReducedRows reduced = rows.reduce();
   EXPECT_LE(reduced.factor.rows(), p);
@@ -43,7 +51,9 @@ TEST(BandedTriangle, KeepsTheNormalEquations) {
   EXPECT_TRUE(reduced.factor.isUpperTriangular(0.0));
 }
 
-TEST(BandedTriangle, HasAsManyRowsAsWereSeen) {
+INSTANTIATE_TEST_SUITE_P(WithAndWithoutBorder, BandedTriangle, testing::Values(0, 1, 3));
+
+TEST(BandedTriangleRows, AreAsManyAsWereSeen) {
   linalg::BandedRows<3, 1> rows(10);
   EXPECT_EQ(rows.reduce().factor.rows(), 0);
   rows.add(4, Eigen::RowVector3d(0.0, 2.0, 1.0), 5.0);

@@ -14,10 +14,10 @@
 namespace trammel::inline TRAMMEL_ABI::estimate {
 
 /// Deviations z = bounded * u + free * f with |u_l| <= 1 per block l and any f: exactly those within the
-/// bounds.
+/// bounds, of the motion and of the stations' biases.
 struct BoundedMotion {
-  Eigen::MatrixXd bounded;  ///< p x k, one column per bounded entry of theta at its semi-axis
-  Eigen::MatrixXd free;     ///< p x (p - k), one column per unbounded entry of theta (1 m, m/s, m/s^2)
+  Eigen::MatrixXd bounded;  ///< p x k, one column per bounded entry of theta, and bias, at its semi-axis
+  Eigen::MatrixXd free;     ///< p x (p - k), one column per unbounded one (1 m, m/s, m/s^2, unit of a bias)
   std::vector<Eigen::Index> block_sizes;  ///< columns of `bounded` per bound; sum k
 };
 
@@ -30,20 +30,27 @@ struct BoundedMotion {
   std::vector<double> axes;
   BoundedMotion result;
   Eigen::Index last = -1;
-  for (Eigen::Index k = 0; k < coordinates.parameters(); ++k) {
-    const Eigen::Index place = coordinates.kept()[static_cast<std::size_t>(k)];
-    const double axis = semi_axes(bounds, place / 3)(place % 3);
+  const auto add = [&](Eigen::Index k, Eigen::Index block, double axis) {
     if (!std::isfinite(axis)) {
       unbounded.push_back(k);
-      continue;
+      return;
     }
     bounded.push_back(k);
     axes.push_back(axis);
-    if (place / 3 != last) {
+    if (block != last) {
       result.block_sizes.push_back(0);
-      last = place / 3;
+      last = block;
     }
     ++result.block_sizes.back();
+  };
+  const Eigen::Index motions = coordinates.motion_parameters();
+  for (Eigen::Index k = 0; k < motions; ++k) {
+    const Eigen::Index place = coordinates.kept()[static_cast<std::size_t>(k)];
+    add(k, place / 3, semi_axes(bounds, place / 3)(place % 3));
+  }
+  for (Eigen::Index k = motions; k < coordinates.parameters(); ++k) {
+    const BiasParameter& bias = coordinates.bias_parameters()[static_cast<std::size_t>(k - motions)];
+    add(k, coordinates.basis().coefficients() + static_cast<Eigen::Index>(bias.station), bias.semi_axis);
   }
   result.bounded = from_motion(Eigen::all, bounded);
   for (Eigen::Index k = 0; k < result.bounded.cols(); ++k) {

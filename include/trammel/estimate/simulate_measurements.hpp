@@ -30,13 +30,14 @@ concept TruePath = requires(const Path& path, double t_s) {
 /// One measurement per planned time of each station (per observation time, where the scenario has
 /// observations): value = h(true path) + L w, W = L L' the covariance, w standard normal; azimuth in (-pi,
 /// pi]. The same seed gives the same numbers everywhere: measurement k of station i has the random stream
-/// 2^32 i + k (k counts observations where there are some).
+/// 2^32 i + k (k counts observations where there are some). Stations have no bias here.
 /// Throws Error where the path does not cover a time or the aircraft is at the station.
 template <TruePath Path>
 [[nodiscard]] std::vector<Measurement> simulate_measurements(const Scenario& scenario, const Path& truth,
                                                              std::uint64_t seed) {
   check(scenario);
   constexpr unsigned kStationShift = 32;
+  const std::vector<trajectory::NominalTrajectory> stations = station_paths(scenario);
   std::vector<Measurement> result;
   for_each_measurement(scenario, [&](const MeasurementSite& site) {
     const Station& station = scenario.stations[site.station];
@@ -52,8 +53,9 @@ template <TruePath Path>
     for (double& w : normal) {
       w = stream.normal();
     }
-    const Eigen::Vector3d position = truth.position(site.t_s) - station.position_m;
-    const Eigen::Vector3d velocity = truth.velocity(site.t_s);
+    const trajectory::NominalTrajectory& from = stations[site.station];
+    const Eigen::Vector3d position = truth.position(site.t_s) - from.position(site.t_s);
+    const Eigen::Vector3d velocity = truth.velocity(site.t_s) - from.velocity(site.t_s);
     const sensor::Padded noise = lower * normal;
     // The difference to zero brings the azimuth back into its range.
     const sensor::Padded value = sensor::difference(

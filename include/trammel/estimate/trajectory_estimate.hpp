@@ -60,8 +60,11 @@ struct Linearisation {
 /// Quantities that need measured values.
 struct ObservationResult {
   double chi2 = std::numeric_limits<double>::quiet_NaN();  ///< sum of squares of whitened residuals
-  Eigen::VectorXd theta;  ///< deviation from the reference: position, velocity at the first knot, then
-                          ///< acceleration per segment (all 3 (r + 2), zeros where removed), SI
+  Eigen::VectorXd theta;   ///< deviation from the reference: position, velocity at the first knot, then
+                           ///< acceleration per segment (all 3 (r + 2), zeros where removed), SI
+  Eigen::VectorXd biases;  ///< of the stations, one per bias_parameters entry
+  Eigen::VectorXd biases_guaranteed_rms;       ///< of each (estimate_biases)
+  std::vector<BiasParameter> bias_parameters;  ///< which; empty where no station has any
   Eigen::MatrixXd knot_position_m;             ///< (r + 1) x 3
   Eigen::MatrixXd knot_velocity_mps;           ///< (r + 1) x 3
   PathTable path;                              ///< the guaranteed estimate on the dense grid
@@ -84,7 +87,8 @@ struct TrajectoryEstimate {
   double gauss_markov_rms_m = std::numeric_limits<double>::quiet_NaN();
   double prior_rms_m = std::numeric_limits<double>::quiet_NaN();  ///< the same problem without measurements
   Eigen::VectorXd lambda_m2;  ///< position, velocity, segments in order; 0 where a bound removed everything
-  PathTable nominal;          ///< reference on the dense grid
+  Eigen::VectorXd lambda_stations_m2;  ///< of the biases, one per station; empty where no station has any
+  PathTable nominal;                   ///< reference on the dense grid
   std::vector<double> guaranteed_rms_at_m;  ///< certified rms bound of the same estimator per grid time
   /// The admissible motion with the largest mean-square error of this estimator that was found
   /// (near_optimality->worst_case), as deviation from the reference in the order of ObservationResult::theta.

@@ -175,18 +175,26 @@ TRAMMEL_INLINE TrajectoryEstimate evaluate_verified(
         detail::direction_words(coordinates, scenario.bounds, solution.unbounded_directions);
   }
   result.lambda_m2 = Eigen::VectorXd::Zero(coordinates.basis().coefficients());
+  const bool biased = !coordinates.bias_parameters().empty();
+  result.lambda_stations_m2 =
+      Eigen::VectorXd::Zero(biased ? static_cast<Eigen::Index>(scenario.stations.size()) : 0);
   if (solution.status == SolveStatus::kUnbounded) {
     result.lambda_m2.setConstant(std::numeric_limits<double>::quiet_NaN());
+    result.lambda_stations_m2.setConstant(std::numeric_limits<double>::quiet_NaN());
     result.guaranteed_rms_at_m.assign(times.size(), std::numeric_limits<double>::infinity());
     result.solution = std::move(solution);
     return result;
   }
-  for (std::size_t l = 0; l < problem.ellipsoid_of_bound.size(); ++l) {
-    const Eigen::Index at = problem.ellipsoid_of_bound[l];
-    if (at != TrajectoryProblem::kNoEllipsoid) {
-      result.lambda_m2(static_cast<Eigen::Index>(l)) = solution.multipliers(at);
+  const auto collect = [&](const std::vector<Eigen::Index>& ellipsoids, Eigen::VectorXd& lambda) {
+    for (Eigen::Index l = 0; l < lambda.size(); ++l) {
+      const Eigen::Index at = ellipsoids[static_cast<std::size_t>(l)];
+      if (at != TrajectoryProblem::kNoEllipsoid) {
+        lambda(l) = solution.multipliers(at);
+      }
     }
-  }
+  };
+  collect(problem.ellipsoid_of_bound, result.lambda_m2);
+  collect(problem.ellipsoid_of_station, result.lambda_stations_m2);
   const PointwiseGuarantee guarantee(problem, scenario.bounds, solution.gain);
   for (std::size_t i = 0; i < times.size(); ++i) {
     result.guaranteed_rms_at_m.push_back(guarantee.rms_m(times[i]));
@@ -207,9 +215,12 @@ TRAMMEL_INLINE TrajectoryEstimate evaluate_verified(
     }
   }
   if (!scenario.observations.empty()) {
-    const Eigen::VectorXd z =
+    Eigen::VectorXd z =
         solution.gain * (problem.problem.information_factor.transpose() * problem.information_rhs);
+    const BiasEstimate biases = estimate_biases(problem, scenario.bounds, solution.gain);
+    z.tail(biases.z.size()) = biases.z;
     result.observed = compare_with_observations(scenario, problem, z, unbounded_estimate, times);
+    result.observed->biases_guaranteed_rms = biases.guaranteed_rms;
   }
   result.solution = std::move(solution);
   return result;

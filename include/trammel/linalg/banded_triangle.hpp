@@ -22,62 +22,85 @@ struct ReducedRows {
 };
 
 /// Least-squares rows A x = b where each row of A has `Width` consecutive entries that start at column
-/// `Step` * block: collected one by one, in any order, without ever forming A'A.
+/// `Step` * block, and entries in the last `border` columns: collected one by one, in any order, without ever
+/// forming A'A.
 ///
 /// Method: one small triangle per block, into which a row is rotated (Givens; Gentleman 1973, "Least squares
 /// computations by Givens transformations without square roots", row by row); the triangles are then merged
-/// from left to right, each leaving its first `Step` rows behind.
-/// Cost: O(Width^2) per row and O(Width^2) memory per block, whatever the number of rows.
+/// from left to right, each leaving its first `Step` rows behind. What is left of a row when its band is
+/// annihilated goes to a triangle of the border.
+/// Cost: O((Width + border)^2) per row, O(Width (Width + border)) memory per block, whatever the number of
+/// rows.
 template <int Width, int Step>
 class BandedRows {
   static_assert(Step >= 1 && Step <= Width);
 
  public:
-  /// p = Step (blocks - 1) + Width columns.
-  explicit BandedRows(Eigen::Index blocks) : triangles_(static_cast<std::size_t>(blocks), Triangle::Zero()) {
+  /// p = Step (blocks - 1) + Width + border columns.
+  explicit BandedRows(Eigen::Index blocks, Eigen::Index border = 0)
+      : row_(Width + border + 1), corner_(Rows::Zero(border, border + 1)) {
     require(blocks >= 1, "blocks", std::to_string(blocks), "at least 1");
+    require(border >= 0, "border", std::to_string(border), "at least 0");
+    triangles_.assign(static_cast<std::size_t>(blocks), Rows::Zero(Width, row_.size()));
   }
 
-  [[nodiscard]] Eigen::Index columns() const noexcept {
-    return Step * (static_cast<Eigen::Index>(triangles_.size()) - 1) + Width;
-  }
+  [[nodiscard]] Eigen::Index columns() const noexcept { return band_columns() + corner_.rows(); }
 
   /// Adds the row of entries `row` in the columns Step * block ... with right-hand side `rhs`.
   template <class Derived>
   void add(Eigen::Index block, const Eigen::MatrixBase<Derived>& row, double rhs) {
-    Row extended;
-    extended.template head<Width>() = row;
-    extended(Width) = rhs;
-    rotate_in(triangles_[static_cast<std::size_t>(block)], extended);
+    add(block, row, Eigen::RowVectorXd::Zero(corner_.rows()), rhs);
+  }
+
+  /// The same with the entries `border` in the last columns.
+  template <class Derived>
+  void add(Eigen::Index block, const Eigen::MatrixBase<Derived>& row, const Eigen::RowVectorXd& border,
+           double rhs) {
+    row_.template head<Width>() = row;
+    row_.segment(Width, border.size()) = border;
+    row_(row_.size() - 1) = rhs;
+    residual_ += rotated_out(triangles_[static_cast<std::size_t>(block)], corner_, row_);
   }
 
   /// The factor of everything added so far.
   [[nodiscard]] ReducedRows reduce() const {
+    const Eigen::Index border = corner_.rows();
+    const Eigen::Index behind = border + 1;  // columns after the band: border and right-hand side
     Eigen::MatrixXd factor = Eigen::MatrixXd::Zero(columns(), columns());
     Eigen::VectorXd rhs = Eigen::VectorXd::Zero(columns());
     double residual = residual_;
     Eigen::Index used = 0;
-    Triangle carried = Triangle::Zero();  // rows of the blocks before, in the columns of this block
+    const auto keep = [&](const Eigen::RowVectorXd& band, Eigen::Index first,
+                          const Eigen::RowVectorXd& rest) {
+      if (!band.isZero(0.0)) {
+        factor.row(used).segment(first, band.size()) = band;
+        factor.row(used).tail(border) = rest.head(border);
+        rhs(used++) = rest(border);
+      }
+    };
+    Rows corner = corner_;
+    Rows carried = Rows::Zero(Width, row_.size());  // rows of the blocks before, in the columns of this block
     const auto blocks = static_cast<Eigen::Index>(triangles_.size());
     for (Eigen::Index b = 0; b < blocks; ++b) {
-      Triangle triangle = triangles_[static_cast<std::size_t>(b)];
+      Rows triangle = triangles_[static_cast<std::size_t>(b)];
       for (int k = 0; k < Width; ++k) {
         Row row = carried.row(k);
-        residual += rotated_out(triangle, row);
+        residual += rotated_out(triangle, corner, row);
       }
       const int done = b + 1 < blocks ? Step : Width;
       for (int k = 0; k < done; ++k) {
-        if (!triangle.row(k).template head<Width>().isZero(0.0)) {
-          factor.row(used).segment(Step * b, Width) = triangle.row(k).template head<Width>();
-          rhs(used++) = triangle(k, Width);
-        }
+        keep(triangle.row(k).template head<Width>(), Step * b, triangle.row(k).tail(behind));
       }
       carried.setZero();
       for (int k = Step; k < Width; ++k) {
         carried.row(k - Step).template head<Width - Step>() =
             triangle.row(k).template segment<Width - Step>(Step);
-        carried(k - Step, Width) = triangle(k, Width);
+        carried.row(k - Step).tail(behind) = triangle.row(k).tail(behind);
       }
+    }
+    for (Eigen::Index k = 0; k < border; ++k) {
+      const Eigen::RowVectorXd row = corner.row(k);
+      keep(row.head(border), band_columns(), row);
     }
     factor.conservativeResize(used, Eigen::NoChange);
     rhs.conservativeResize(used);
@@ -85,32 +108,46 @@ class BandedRows {
   }
 
  private:
-  using Triangle = Eigen::Matrix<double, Width, Width + 1, Eigen::RowMajor>;
-  using Row = Eigen::Matrix<double, 1, Width + 1>;
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  using Row = Eigen::Matrix<double, 1, Eigen::Dynamic>;
 
-  void rotate_in(Triangle& triangle, Row& row) { residual_ += rotated_out(triangle, row); }
-
-  /// Rotates `row` into `triangle`; returns the square of what is left of its right-hand side.
-  static double rotated_out(Triangle& triangle, Row& row) {
-    for (int k = 0; k < Width; ++k) {
-      if (row(k) == 0.0) {
-        continue;
-      }
-      const double radius = std::hypot(triangle(k, k), row(k));
-      const double c = triangle(k, k) / radius;
-      const double s = row(k) / radius;
-      triangle(k, k) = radius;
-      row(k) = 0.0;
-      for (int j = k + 1; j <= Width; ++j) {
-        const double upper = triangle(k, j);
-        triangle(k, j) = c * upper + s * row(j);
-        row(j) = c * row(j) - s * upper;
-      }
-    }
-    return row(Width) * row(Width);
+  [[nodiscard]] Eigen::Index band_columns() const noexcept {
+    return Step * (static_cast<Eigen::Index>(triangles_.size()) - 1) + Width;
   }
 
-  std::vector<Triangle, Eigen::aligned_allocator<Triangle>> triangles_;
+  /// Rotates the entries `first`.. of `row` into an upper triangle whose columns are those from `first` on.
+  static void rotate_in(Rows& triangle, Row& row, Eigen::Index first) {
+    const Eigen::Index columns = triangle.cols();
+    for (Eigen::Index k = 0; k < triangle.rows(); ++k) {
+      const double below = row(first + k);
+      if (below == 0.0) {
+        continue;
+      }
+      const double radius = std::hypot(triangle(k, k), below);
+      const double c = triangle(k, k) / radius;
+      const double s = below / radius;
+      triangle(k, k) = radius;
+      row(first + k) = 0.0;
+      for (Eigen::Index j = k + 1; j < columns; ++j) {
+        const double upper = triangle(k, j);
+        triangle(k, j) = c * upper + s * row(first + j);
+        row(first + j) = c * row(first + j) - s * upper;
+      }
+    }
+  }
+
+  /// Rotates `row` into `triangle` and its border into `corner`; returns the square of what is left of its
+  /// right-hand side.
+  static double rotated_out(Rows& triangle, Rows& corner, Row& row) {
+    rotate_in(triangle, row, 0);
+    rotate_in(corner, row, Width);
+    const double left = row(row.size() - 1);
+    return left * left;
+  }
+
+  std::vector<Rows> triangles_;
+  Row row_;      ///< scratch
+  Rows corner_;  ///< triangle of the border with right-hand side
   double residual_ = 0.0;
 };
 

@@ -43,9 +43,11 @@ struct Quadratic {
 /// | symbol | meaning                                                                         | shape |
 /// |--------|---------------------------------------------------------------------------------|-------|
 /// | z      | deviation, in the coordinates of assemble(scenario)                             | p     |
-/// | r      | L_k^-1 (y_k - h(x(t_k) - q_k)) stacked, azimuth differences in (-pi, pi]        | -     |
+/// | r      | L_k^-1 (y_k - h(x(u_k) - q_k(u_k)) - b_k) stacked, azimuth differences in       | -     |
+/// |        | (-pi, pi]; u_k = t_k + time offset of the station, q_k its position, b_k its    |       |
+/// |        | biases                                                                          |       |
 /// | A      | minus the derivative of r: what a linearisation about z whitens                 | - x p |
-/// | a_l    | bound l, l = 1..s (s = segments + 2)                                            | - x p |
+/// | a_l    | bound l of the motion (s = segments + 2) or of a station's biases               | - x p |
 /// | tau_j  | four times per segment and the end, n = 4 segments + 1                          | n     |
 /// | h_min  | height floor (m) in the scenario's frame; the last term only where there is one | -     |
 /// | mu     | weight of the barriers                                                          | -     |
@@ -67,10 +69,17 @@ class FitProblem {
   [[nodiscard]] double cost(const Eigen::VectorXd& z, double mu) const;
   /// F with derivatives. Only where cost(z, mu) is finite.
   [[nodiscard]] Quadratic expand(const Eigen::VectorXd& z, double mu) const;
+  /// r at z, three numbers per measurement with zeros past its last component; `A`: minus the derivative,
+  /// 3 n x p. Throws Error where a sensor is not differentiable.
+  [[nodiscard]] Eigen::VectorXd residuals(const Eigen::VectorXd& z, Eigen::MatrixXd* A = nullptr) const;
   /// |r|^2; infinite where a sensor is not differentiable.
   [[nodiscard]] double chi2(const Eigen::VectorXd& z) const;
   /// -sum_l ln(1 - |a_l z|^2); infinite outside.
   [[nodiscard]] double ellipsoid_barrier(const Eigen::VectorXd& z) const;
+  /// Heights (m) on the grid.
+  [[nodiscard]] Eigen::VectorXd heights_m(const Eigen::VectorXd& z) const;
+  /// Their derivative, grid times x p.
+  [[nodiscard]] Eigen::MatrixXd height_rows() const;
   /// Lowest height (m) on the grid.
   [[nodiscard]] double lowest_height_m(const Eigen::VectorXd& z) const;
   /// Whether all bounds and the floor hold strictly.
@@ -83,10 +92,12 @@ class FitProblem {
                                             const Eigen::VectorXd& centre) const;
 
  private:
+  /// A measurement and what it is compared with.
   struct Site {
     SensorKind kind = SensorKind::kRange;
-    Eigen::Vector3d reference_m;  ///< reference relative to the station
-    Eigen::Vector3d reference_mps;
+    std::size_t station = 0;
+    double t_s = 0.0;
+    RelativeMotion reference;  ///< at t_s
     trajectory::LocalBasis<double> local;
     Eigen::Matrix3d whiten;  ///< L
     sensor::Padded value;
@@ -100,9 +111,22 @@ class FitProblem {
       return rows * z.segment(first, rows.cols());
     }
   };
+  /// A deviation as the measurements see it.
+  struct Deviation {
+    Eigen::MatrixXd coefficients;  ///< 3 x (r + 2)
+    Eigen::VectorXd biases;
+    std::vector<double> time_offsets_s;  ///< per station
+  };
+  /// What one measurement is made of.
+  struct Sighting {
+    trajectory::LocalBasis<double> local;  ///< when it is made
+    RelativeMotion motion;
+    sensor::Padded bias = sensor::Padded::Zero();
+  };
 
   [[nodiscard]] static LocalRows localise_rows(const Eigen::MatrixXd& rows);
-  [[nodiscard]] Eigen::VectorXd heights_m(const Eigen::VectorXd& z) const;
+  [[nodiscard]] Deviation unpack(const Eigen::VectorXd& z) const;
+  [[nodiscard]] Sighting see(const Site& site, const Deviation& deviation) const;
   [[nodiscard]] double floor_barrier(const Eigen::VectorXd& z) const;
 
   Scenario scenario_;

@@ -35,13 +35,15 @@ TRAMMEL_INLINE FitProblem::FitProblem(const Scenario& scenario, std::optional<do
   for_each_measurement(scenario, [&](const MeasurementSite& site) {
     const Station& station = scenario.stations[site.station];
     const Measurement& m = *site.observation;
-    sites_.push_back({.kind = station.kind,
-                      .reference_m = trajectory_.nominal.position(site.t_s) - station.position_m,
-                      .reference_mps = trajectory_.nominal.velocity(site.t_s),
-                      .local = basis.at(site.t_s),
-                      .whiten = noise_factor(m.covariance ? *m.covariance : station.covariance,
-                                             components(station.kind), describe(scenario, site)),
-                      .value = sensor::padded(m.value)});
+    sites_.push_back(
+        {.kind = station.kind,
+         .station = site.station,
+         .t_s = site.t_s,
+         .reference = relative_motion(trajectory_.nominal, trajectory_.stations[site.station], site.t_s),
+         .local = basis.at(site.t_s),
+         .whiten = noise_factor(m.covariance ? *m.covariance : station.covariance, components(station.kind),
+                                describe(scenario, site)),
+         .value = sensor::padded(m.value)});
   });
   for (const Eigen::MatrixXd& a : trajectory_.problem.ellipsoids) {
     bounds_.push_back(localise_rows(a));
@@ -67,23 +69,84 @@ TRAMMEL_INLINE FitProblem::LocalRows FitProblem::localise_rows(const Eigen::Matr
   return {.first = local.first, .rows = rows.middleCols(local.first, local.count)};
 }
 
+TRAMMEL_INLINE FitProblem::Deviation FitProblem::unpack(const Eigen::VectorXd& z) const {
+  const MotionCoordinates& coordinates = trajectory_.coordinates;
+  return {.coefficients = coordinates.coefficients(z).reshaped(3, coordinates.basis().coefficients()),
+          .biases = coordinates.biases(z),
+          .time_offsets_s = coordinates.time_offsets_s(z, scenario_.stations.size())};
+}
+
+TRAMMEL_INLINE FitProblem::Sighting FitProblem::see(const Site& site, const Deviation& deviation) const {
+  Sighting result{.local = site.local, .motion = site.reference};
+  const double offset_s = deviation.time_offsets_s[site.station];
+  if (offset_s != 0.0) {
+    const double made_s = site.t_s + offset_s;
+    result.motion = relative_motion(trajectory_.nominal, trajectory_.stations[site.station], made_s);
+    result.local = trajectory_.coordinates.basis().at(made_s);
+  }
+  const Eigen::Matrix3d near = deviation.coefficients.middleCols<3>(result.local.first);
+  result.motion.position_m += near * result.local.value.transpose();
+  result.motion.velocity_mps += near * result.local.rate.transpose();
+  if (deviation.biases.size() > 0) {
+    result.motion.acceleration_mps2 += near * result.local.second_rate.transpose();
+    result.bias =
+        bias_columns(trajectory_.coordinates.bias_parameters(), site.station, sensor::Padded::Zero()) *
+        deviation.biases;
+  }
+  return result;
+}
+
 TRAMMEL_INLINE double FitProblem::chi2(const Eigen::VectorXd& z) const {
-  const Eigen::MatrixXd c =
-      trajectory_.coordinates.coefficients(z).reshaped(3, trajectory_.coordinates.basis().coefficients());
+  const Deviation deviation = unpack(z);
   double sum = 0.0;
   try {
     for (const Site& site : sites_) {
-      const Eigen::Matrix3d near = c.middleCols<3>(site.local.first);
-      const Eigen::Vector3d position = site.reference_m + near * site.local.value.transpose();
-      const Eigen::Vector3d velocity = site.reference_mps + near * site.local.rate.transpose();
-      const sensor::Padded difference =
-          sensor::difference(site.kind, site.value, sensor::measure(site.kind, position, velocity));
+      const Sighting seen = see(site, deviation);
+      const sensor::Padded difference = sensor::difference(
+          site.kind, site.value,
+          sensor::measure(site.kind, seen.motion.position_m, seen.motion.velocity_mps) + seen.bias);
       sum += site.whiten.triangularView<Eigen::Lower>().solve(difference).squaredNorm();
     }
   } catch (const Error&) {  // a sensor cannot be linearised at a trial point: it is no better than the others
     return std::numeric_limits<double>::infinity();
   }
   return std::isfinite(sum) ? sum : std::numeric_limits<double>::infinity();
+}
+
+TRAMMEL_INLINE Eigen::VectorXd FitProblem::residuals(const Eigen::VectorXd& z, Eigen::MatrixXd* A) const {
+  const MotionCoordinates& coordinates = trajectory_.coordinates;
+  const Deviation deviation = unpack(z);
+  const Eigen::Index motions = coordinates.all_parameters();
+  const Eigen::Index q = deviation.biases.size();
+  const auto count = static_cast<Eigen::Index>(sites_.size());
+  Eigen::VectorXd r(3 * count);
+  Eigen::MatrixXd dense;
+  if (A != nullptr) {
+    dense = Eigen::MatrixXd::Zero(3 * count, motions + q);
+  }
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const Site& site = sites_[static_cast<std::size_t>(k)];
+    const Sighting seen = see(site, deviation);
+    const auto whiten = site.whiten.triangularView<Eigen::Lower>();
+    const sensor::Linearised model =
+        sensor::linearise(site.kind, seen.motion.position_m, seen.motion.velocity_mps);
+    r.segment<3>(3 * k) = whiten.solve(sensor::difference(site.kind, site.value, model.value + seen.bias));
+    if (A == nullptr) {
+      continue;
+    }
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      const Eigen::Matrix3d J =
+          seen.local.value(i) * model.J_value_position + seen.local.rate(i) * model.J_value_velocity;
+      dense.block<3, 3>(3 * k, 3 * (seen.local.first + i)) = whiten.solve(J);
+    }
+    dense.block(3 * k, motions, 3, q) =
+        bias_columns(coordinates.bias_parameters(), site.station, time_rate(model, seen.motion));
+    whiten.solveInPlace(dense.block(3 * k, motions, 3, q));
+  }
+  if (A != nullptr) {
+    *A = coordinates.restrict_rows(dense);
+  }
+  return r;
 }
 
 TRAMMEL_INLINE double FitProblem::ellipsoid_barrier(const Eigen::VectorXd& z) const {
@@ -122,6 +185,16 @@ TRAMMEL_INLINE Eigen::VectorXd FitProblem::heights_m(const Eigen::VectorXd& z) c
   return result;
 }
 
+TRAMMEL_INLINE Eigen::MatrixXd FitProblem::height_rows() const {
+  Eigen::MatrixXd result =
+      Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(height_rows_.size()), parameters());
+  for (std::size_t j = 0; j < height_rows_.size(); ++j) {
+    const LocalRows& row = height_rows_[j];
+    result.row(static_cast<Eigen::Index>(j)).segment(row.first, row.rows.cols()) = row.rows;
+  }
+  return result;
+}
+
 TRAMMEL_INLINE bool FitProblem::inside(const Eigen::VectorXd& z) const {
   return std::isfinite(ellipsoid_barrier(z)) &&
          (!minimum_height_m_ || lowest_height_m(z) > *minimum_height_m_);
@@ -134,24 +207,28 @@ TRAMMEL_INLINE double FitProblem::cost(const Eigen::VectorXd& z, double mu) cons
 
 TRAMMEL_INLINE Quadratic FitProblem::expand(const Eigen::VectorXd& z, double mu) const {
   const MotionCoordinates& coordinates = trajectory_.coordinates;
-  const Eigen::Index all = coordinates.all_parameters();
-  const Eigen::MatrixXd c = coordinates.coefficients(z).reshaped(3, coordinates.basis().coefficients());
-  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(all, all);
-  Eigen::MatrixXd descent = Eigen::MatrixXd::Zero(1, all);
+  const Deviation deviation = unpack(z);
+  const Eigen::Index motions = coordinates.all_parameters();
+  const auto q = static_cast<Eigen::Index>(coordinates.bias_parameters().size());
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(motions + q, motions + q);
+  Eigen::MatrixXd descent = Eigen::MatrixXd::Zero(1, motions + q);
   double squares = 0.0;
   for (const Site& site : sites_) {
-    const Eigen::Matrix3d near = c.middleCols<3>(site.local.first);
-    const Eigen::Vector3d position = site.reference_m + near * site.local.value.transpose();
-    const Eigen::Vector3d velocity = site.reference_mps + near * site.local.rate.transpose();
+    const Sighting seen = see(site, deviation);
     const auto whiten = site.whiten.triangularView<Eigen::Lower>();
-    sensor::Linearised model = sensor::linearise(site.kind, position, velocity);
+    sensor::Linearised model = sensor::linearise(site.kind, seen.motion.position_m, seen.motion.velocity_mps);
+    Eigen::Matrix<double, 3, Eigen::Dynamic> J_bias;
+    if (q > 0) {
+      J_bias = bias_columns(coordinates.bias_parameters(), site.station, time_rate(model, seen.motion));
+      whiten.solveInPlace(J_bias);
+    }
     whiten.solveInPlace(model.J_value_position);
-    const sensor::Padded r = whiten.solve(sensor::difference(site.kind, site.value, model.value));
+    const sensor::Padded r = whiten.solve(sensor::difference(site.kind, site.value, model.value + seen.bias));
     squares += r.squaredNorm();
     // J = value x J_position + rate x J_velocity, whose products are sums of 3 x 3 blocks.
-    const Eigen::Index first = 3 * site.local.first;
-    const auto& value = site.local.value;
-    const auto& rate = site.local.rate;
+    const Eigen::Index first = 3 * seen.local.first;
+    const auto& value = seen.local.value;
+    const auto& rate = seen.local.rate;
     const Eigen::Matrix3d pp = model.J_value_position.transpose().lazyProduct(model.J_value_position);
     const Eigen::RowVector3d rp = r.transpose().lazyProduct(model.J_value_position);
     for (Eigen::Index i = 0; i < 3; ++i) {
@@ -160,10 +237,20 @@ TRAMMEL_INLINE Quadratic FitProblem::expand(const Eigen::VectorXd& z, double mu)
         normal.block<3, 3>(first + 3 * i, first + 3 * j) += (value(i) * value(j)) * pp;
       }
     }
-    if (model.J_value_velocity.isZero(0.0)) {
+    const bool sees_velocity = !model.J_value_velocity.isZero(0.0);
+    whiten.solveInPlace(model.J_value_velocity);
+    if (q > 0) {
+      const Eigen::MatrixXd bp = J_bias.transpose() * model.J_value_position;
+      const Eigen::MatrixXd bv = J_bias.transpose() * model.J_value_velocity;
+      for (Eigen::Index i = 0; i < 3; ++i) {
+        normal.block(motions, first + 3 * i, q, 3) += value(i) * bp + rate(i) * bv;
+      }
+      normal.bottomRightCorner(q, q) += J_bias.transpose() * J_bias;
+      descent.rightCols(q) += r.transpose() * J_bias;
+    }
+    if (!sees_velocity) {
       continue;
     }
-    whiten.solveInPlace(model.J_value_velocity);
     const Eigen::Matrix3d pv = model.J_value_position.transpose().lazyProduct(model.J_value_velocity);
     const Eigen::Matrix3d vv = model.J_value_velocity.transpose().lazyProduct(model.J_value_velocity);
     const Eigen::RowVector3d rv = r.transpose().lazyProduct(model.J_value_velocity);
@@ -213,17 +300,22 @@ TRAMMEL_INLINE Eigen::VectorXd FitProblem::pull_inside(const Eigen::VectorXd& z,
                                                        const Eigen::VectorXd& centre) const {
   const MotionCoordinates& coordinates = trajectory_.coordinates;
   Eigen::VectorXd theta = coordinates.motion(z);
+  Eigen::VectorXd biases = coordinates.biases(z);
+  const auto shrink = [&](Eigen::Index ellipsoid) {
+    const double size =
+        ellipsoid == TrajectoryProblem::kNoEllipsoid
+            ? 0.0
+            : (trajectory_.problem.ellipsoids[static_cast<std::size_t>(ellipsoid)] * z).norm();
+    return size > share ? share / size : 1.0;
+  };
   for (std::size_t l = 0; l < trajectory_.ellipsoid_of_bound.size(); ++l) {
-    const Eigen::Index at = trajectory_.ellipsoid_of_bound[l];
-    if (at == TrajectoryProblem::kNoEllipsoid) {
-      continue;
-    }
-    const double size = (trajectory_.problem.ellipsoids[static_cast<std::size_t>(at)] * z).norm();
-    if (size > share) {
-      theta.segment<3>(3 * static_cast<Eigen::Index>(l)) *= share / size;
-    }
+    theta.segment<3>(3 * static_cast<Eigen::Index>(l)) *= shrink(trajectory_.ellipsoid_of_bound[l]);
   }
-  Eigen::VectorXd result = coordinates.from_motion(theta);
+  for (Eigen::Index k = 0; k < biases.size(); ++k) {
+    const std::size_t station = coordinates.bias_parameters()[static_cast<std::size_t>(k)].station;
+    biases(k) *= shrink(trajectory_.ellipsoid_of_station[station]);
+  }
+  Eigen::VectorXd result = coordinates.from_motion(theta, biases);
   constexpr double kShrink = 0.7;
   constexpr int kShrinks = 60;  // 5e-10 of the distance: as good as the centre
   for (int i = 0; i < kShrinks; ++i) {

@@ -37,10 +37,6 @@ inline void take_over(const StatedValue& stated, Statement& statement) {
   statement.fixed_point_rms_m = stated.fixed_point_rms_m;
 }
 
-inline Eigen::VectorXd reference_theta(const StatedValue& stated) {
-  return stated.problem.coordinates.motion(stated.reference);
-}
-
 inline void add_competing(const Location& location, const std::vector<double>& times_s,
                           std::vector<CompetingSolution>& competing) {
   for (std::size_t k = 1; k < location.branches.size(); ++k) {
@@ -203,13 +199,15 @@ inline FlightEstimate from_cross_fit(const Scenario& scenario, const FlightSetti
     }
   }
   combine(statements, statement);
-  const auto& [first, second] = locations;
-  const Eigen::VectorXd about =
-      (reference_theta(*first.branches.front().stated) + reference_theta(*second.branches.front().stated)) /
-      2;
   const MotionCoordinates& coordinates = fits[0].trajectory().coordinates;
-  const trajectory::QuadraticSpline<double> middle = coordinates.spline(coordinates.from_motion(about));
-  const TrajectoryProblem whole = assemble(scenario, &middle);
+  const auto reference = [&](const Location& location) -> Eigen::VectorXd {
+    const StatedValue& stated = *location.branches.front().stated;
+    return coordinates.moved_from(stated.problem.coordinates, stated.reference);
+  };
+  const Eigen::VectorXd about = (reference(locations[0]) + reference(locations[1])) / 2;
+  const trajectory::QuadraticSpline<double> middle = coordinates.spline(about);
+  const TrajectoryProblem whole =
+      assemble(scenario, &middle, coordinates.time_offsets_s(about, scenario.stations.size()));
 
   estimate::TrajectoryEstimate& mean_estimate = result.estimate;
   const auto& [a, b] = estimates;
@@ -225,6 +223,7 @@ inline FlightEstimate from_cross_fit(const Scenario& scenario, const FlightSetti
   mean_estimate.solution.solve_time_s += b.solution.solve_time_s;
   mean_estimate.certificate.inflation = std::max(a.certificate.inflation, b.certificate.inflation);
   mean_estimate.lambda_m2 = (a.lambda_m2 + b.lambda_m2) / 2;
+  mean_estimate.lambda_stations_m2 = (a.lambda_stations_m2 + b.lambda_stations_m2) / 2;
   for (std::size_t k = 0; k < a.guaranteed_rms_at_m.size(); ++k) {
     mean_estimate.guaranteed_rms_at_m[k] = mean(a.guaranteed_rms_at_m[k], b.guaranteed_rms_at_m[k]);
   }
@@ -233,12 +232,15 @@ inline FlightEstimate from_cross_fit(const Scenario& scenario, const FlightSetti
       unbounded_estimate ? unbounded_estimate->rms_m : std::numeric_limits<double>::quiet_NaN();
   if (a.observed && b.observed) {
     const Eigen::VectorXd theta = (a.observed->theta + b.observed->theta) / 2;
+    const Eigen::VectorXd biases = (a.observed->biases + b.observed->biases) / 2;
     mean_estimate.observed =
-        estimate::compare_with_observations(scenario, whole, whole.coordinates.from_motion(theta),
+        estimate::compare_with_observations(scenario, whole, whole.coordinates.from_motion(theta, biases),
                                             unbounded_estimate, mean_estimate.nominal.times_s);
+    mean_estimate.observed->biases_guaranteed_rms =
+        (a.observed->biases_guaranteed_rms + b.observed->biases_guaranteed_rms) / 2;
   }
-  statement.reference =
-      estimate::path_on_grid(whole, whole.coordinates.from_motion(about), mean_estimate.nominal.times_s);
+  statement.reference = estimate::path_on_grid(whole, whole.coordinates.moved_from(coordinates, about),
+                                               mean_estimate.nominal.times_s);
   return result;
 }
 
@@ -263,8 +265,9 @@ TRAMMEL_INLINE FlightEstimate estimate_flight(const Scenario& scenario, const Fl
   if (scenario.observations.empty() || detail::unbounded(scenario, settings)) {
     return {.estimate = estimate::estimate_trajectory(scenario, settings.estimate, tell), .statement = {}};
   }
-  const bool linear = std::all_of(scenario.stations.begin(), scenario.stations.end(),
-                                  [](const Station& s) { return s.kind == SensorKind::kPosition; });
+  const bool linear = std::all_of(scenario.stations.begin(), scenario.stations.end(), [](const Station& s) {
+    return s.kind == SensorKind::kPosition && s.bias.time_s == 0.0;
+  });
   FlightEstimate result = !settings.relinearise || linear
                               ? detail::from_fixed_reference(scenario, settings, tell)
                           : settings.cross_fit ? detail::from_cross_fit(scenario, settings, tell)

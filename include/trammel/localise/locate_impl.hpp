@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "trammel/core/random.hpp"
@@ -164,11 +165,14 @@ template <class Where>
   return linalg::PivotedCholesky(normal).solve(right);
 }
 
-/// Heights of the stations, each once.
+/// Heights of the stations, each once; of one that moves, the mean over its track.
 inline std::vector<double> station_heights(const Scenario& scenario) {
   std::vector<double> heights;
   for (const Station& station : scenario.stations) {
-    heights.push_back(station.position_m.z());
+    const std::vector<Eigen::Vector3d>& track = station.track.positions_m;
+    const Eigen::Vector3d sum =
+        std::accumulate(track.begin(), track.end(), Eigen::Vector3d(Eigen::Vector3d::Zero()));
+    heights.push_back(track.empty() ? station.position_m.z() : sum.z() / static_cast<double>(track.size()));
   }
   std::sort(heights.begin(), heights.end());
   heights.erase(std::unique(heights.begin(), heights.end()), heights.end());
@@ -371,8 +375,8 @@ class Locator {
     branch.reference = std::move(fits.reference);
     branch.excess_cost = excess;
     branch.distance_m = distance;
-    const Eigen::VectorXd there = stated_on_.trajectory().coordinates.from_motion(
-        problem_.trajectory().coordinates.motion(branch.reference.z));
+    const Eigen::VectorXd there =
+        stated_on_.trajectory().coordinates.moved_from(problem_.trajectory().coordinates, branch.reference.z);
     branch.stated = state(stated_on_, there, settings_.model_error, settings_.solver, settings_.method);
     result_.branches.push_back(std::move(branch));
   }

@@ -111,4 +111,41 @@ struct RemainderBound {
   return result;
 }
 
+/// How far the clock of a station may be off, and what that moves.
+struct ClockRadius {
+  double offset_s = 0.0;           ///< |s|
+  double reference_mps2 = 0.0;     ///< size of the acceleration of the reference, as the station sees it
+  double acceleration_mps2 = 0.0;  ///< bound of that of the true motion between t and t + s
+};
+
+/// The same for a measurement that is made at t + s and linearised at t: bounds |delta| per component, where
+///
+///   delta = h(x + dx + (v + dv) s + R, v + dv + S) - h(x, v) - J_position (dx + v s) - J_velocity (dv + a
+///   s),
+///
+/// with |R| <= a' s^2/2 and |S| <= a' s, a' and a the accelerations of the true motion and of the reference.
+/// `radius` bounds dx + v s and dv; `model` is the measurement linearised at (x, v).
+/// The true velocity carries the motion on, not that of the reference: dx + v s misses it by |dv| |s| + |R|,
+/// and dv + a s misses the velocity by (a' + a) |s|; to what the Jacobians make of these comes the remainder
+/// at the radii widened by them.
+[[nodiscard]] inline RemainderBound bound_remainder(SensorKind kind, const Eigen::Vector3d& position_m,
+                                                    const Eigen::Vector3d& velocity_mps,
+                                                    const sensor::Linearised& model,
+                                                    const DeviationRadius& radius, const ClockRadius& clock) {
+  if (clock.offset_s == 0.0) {  // nothing to widen, also where accelerations are not bounded
+    return bound_remainder(kind, position_m, velocity_mps, radius);
+  }
+  const double s = clock.offset_s;
+  const double beyond_m = s * radius.velocity_mps + clock.acceleration_mps2 * s * s / 2;
+  RemainderBound bound = bound_remainder(kind, position_m, velocity_mps,
+                                         {.all_m = radius.all_m + beyond_m,
+                                          .across_m = radius.across_m + beyond_m,
+                                          .horizontal_m = radius.horizontal_m + beyond_m,
+                                          .velocity_mps = radius.velocity_mps + clock.acceleration_mps2 * s});
+  bound.half_width +=
+      model.J_value_position.rowwise().norm() * beyond_m +
+      model.J_value_velocity.rowwise().norm() * ((clock.acceleration_mps2 + clock.reference_mps2) * s);
+  return bound;
+}
+
 }  // namespace trammel::inline TRAMMEL_ABI::localise

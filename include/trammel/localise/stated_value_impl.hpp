@@ -10,6 +10,7 @@
 
 #include "trammel/core/error.hpp"
 #include "trammel/estimate/bounded_motion.hpp"
+#include "trammel/estimate/observed.hpp"
 #include "trammel/linalg/double_double.hpp"
 #include "trammel/linalg/symmetric_eigen.hpp"
 #include "trammel/localise/remainder.hpp"
@@ -25,10 +26,10 @@ struct Sight {
   SensorKind kind = SensorKind::kRange;
   Eigen::Vector3d position_m;  ///< relative to the station
   Eigen::Vector3d velocity_mps;
-  sensor::PaddedRows J_position;  ///< not whitened
-  sensor::PaddedRows J_velocity;
+  sensor::Linearised model;        ///< not whitened
   Eigen::MatrixXd error_per_unit;  ///< C K L^-1, criterion rows x components
-  DeviationRadius tube;            ///< tau
+  DeviationRadius tube;            ///< tau, of what the measurement sees: the station's clock included
+  ClockRadius clock;               ///< tau of the station's time offset
 };
 
 /// The linear estimator about the reference, and its errors at the measurements.
@@ -85,9 +86,22 @@ class ErrorAt {
   std::vector<Eigen::Index> block_sizes_;
 };
 
-inline Sights look(const Scenario& scenario, const TrajectoryProblem& problem,
-                   const trajectory::QuadraticSpline<double>& about, const Eigen::MatrixXd& gain) {
+/// Bound of the acceleration (m/s^2) of every motion within the bounds, at all times, as a station sees it.
+inline double largest_acceleration(const Scenario& scenario, const TrajectoryProblem& problem,
+                                   std::size_t station) {
+  double widest = 0.0;
+  for (const Eigen::Vector3d& axes : scenario.bounds.acceleration_mps2) {
+    widest = std::max(widest, axes.maxCoeff());
+  }
+  return widest + problem.nominal.largest_acceleration_mps2() +
+         problem.stations[station].largest_acceleration_mps2();
+}
+
+inline Sights look(const Scenario& scenario, const TrajectoryProblem& problem, const Eigen::MatrixXd& gain) {
   const ErrorAt error(problem, scenario.bounds, gain);
+  const std::vector<BiasParameter>& biases = problem.coordinates.bias_parameters();
+  const auto q = static_cast<Eigen::Index>(biases.size());
+  const Eigen::MatrixXd bias_rows = problem.coordinates.kept_motion_rows().bottomRows(q);
   const Eigen::MatrixXd reach = problem.problem.criterion_factor * gain;
   Sights result;
   result.criterion_rows = reach.rows();
@@ -95,32 +109,47 @@ inline Sights look(const Scenario& scenario, const TrajectoryProblem& problem,
     const Station& station = scenario.stations[site.station];
     Sight sight;
     sight.kind = station.kind;
-    sight.position_m = problem.nominal.position(site.t_s) + about.position(site.t_s) - station.position_m;
-    sight.velocity_mps = problem.nominal.velocity(site.t_s) + about.velocity(site.t_s);
-    const sensor::Linearised model = sensor::linearise(station.kind, sight.position_m, sight.velocity_mps);
-    sight.J_position = model.J_value_position;
-    sight.J_velocity = model.J_value_velocity;
-    const MotionCoordinates::Rows3 position = problem.coordinates.position_rows(site.t_s);
-    const MotionCoordinates::Rows3 velocity = problem.coordinates.velocity_rows(site.t_s);
+    const double made_s = site.t_s + problem.time_offsets_s[site.station];
+    const RelativeMotion motion = linearised_motion(problem, site.station, site.t_s);
+    sight.position_m = motion.position_m;
+    sight.velocity_mps = motion.velocity_mps;
+    sight.model = sensor::linearise(station.kind, sight.position_m, sight.velocity_mps);
+    const sensor::Linearised& model = sight.model;
+    MotionCoordinates::Rows3 position = problem.coordinates.position_rows(made_s);
+    MotionCoordinates::Rows3 velocity = problem.coordinates.velocity_rows(made_s);
+    MotionCoordinates::Rows3 derivative =
+        model.J_value_position * position + model.J_value_velocity * velocity;
+    derivative += bias_columns(biases, site.station, time_rate(model, motion)) * bias_rows;
     const Eigen::Index count = components(station.kind);
     const bool own = site.observation != nullptr && site.observation->covariance.has_value();
     const Eigen::Matrix3d lower = noise_factor(own ? *site.observation->covariance : station.covariance,
                                                count, describe(scenario, site));
     // K L^-1 = gain (L^-1 H)' L^-1 = gain H' W^-1.
     const auto whiten = lower.triangularView<Eigen::Lower>();
-    const MotionCoordinates::Rows3 rows = whiten.transpose().solve(Eigen::MatrixXd(
-        whiten.solve(Eigen::MatrixXd(sight.J_position * position + sight.J_velocity * velocity))));
+    const MotionCoordinates::Rows3 rows =
+        whiten.transpose().solve(Eigen::MatrixXd(whiten.solve(Eigen::MatrixXd(derivative))));
     const NonzeroColumns local = nonzero_columns(rows);
     sight.error_per_unit = reach.middleCols(local.first, local.count) *
                            rows.middleCols(local.first, local.count).topRows(count).transpose();
     const Eigen::Vector3d e = sight.position_m.normalized();
     const Eigen::Matrix3d every = Eigen::Matrix3d::Identity();
+    sight.clock.acceleration_mps2 = largest_acceleration(scenario, problem, site.station);
+    sight.clock.reference_mps2 = motion.acceleration_mps2.norm();
+    for (Eigen::Index k = 0; k < q; ++k) {
+      const BiasParameter& bias = biases[static_cast<std::size_t>(k)];
+      if (bias.station == site.station && bias.component == BiasParameter::kTimeOffset) {
+        MotionCoordinates::Rows3 offset = MotionCoordinates::Rows3::Zero(3, bias_rows.cols());
+        offset.row(0) = bias_rows.row(k);
+        sight.clock.offset_s = error.rms(every, error.of(offset));
+        position += motion.velocity_mps * bias_rows.row(k);
+      }
+    }
     const ErrorAt::Rows error_m = error.of(position);
-    sight.tube = {
-        .all_m = error.rms(every, error_m),
-        .across_m = error.rms(every - e * e.transpose(), error_m),
-        .horizontal_m = error.rms(Eigen::Vector3d(1.0, 1.0, 0.0).asDiagonal(), error_m),
-        .velocity_mps = station.kind == SensorKind::kRangeRate ? error.rms(every, error.of(velocity)) : 0.0};
+    const bool velocity_counts = station.kind == SensorKind::kRangeRate || sight.clock.offset_s > 0.0;
+    sight.tube = {.all_m = error.rms(every, error_m),
+                  .across_m = error.rms(every - e * e.transpose(), error_m),
+                  .horizontal_m = error.rms(Eigen::Vector3d(1.0, 1.0, 0.0).asDiagonal(), error_m),
+                  .velocity_mps = velocity_counts ? error.rms(every, error.of(velocity)) : 0.0};
     result.channels += count;
     result.sights.push_back(std::move(sight));
   });
@@ -208,20 +237,26 @@ class Channels {
   Eigen::MatrixXd gram_;  ///< |unit' unit| entry by entry; empty above kMostKept
 };
 
+/// The remainder of one measurement at the radii scale * tau.
+inline RemainderBound bound_sight(const Sight& sight, const ModelError& model, double scale) {
+  const DeviationRadius& tau = sight.tube;
+  ClockRadius clock = sight.clock;
+  clock.offset_s *= scale;
+  return bound_remainder(sight.kind, sight.position_m, sight.velocity_mps, sight.model,
+                         {.all_m = scale * tau.all_m + model.position_m,
+                          .across_m = scale * tau.across_m + model.position_m,
+                          .horizontal_m = scale * tau.horizontal_m + model.position_m,
+                          .velocity_mps = scale * tau.velocity_mps + model.velocity_mps},
+                         clock);
+}
+
 /// Half widths of the remainders with the tube multiplied by `factor`; nothing where one is not bounded.
 inline std::optional<std::vector<sensor::Padded>> remainder_widths(const Sights& sights,
                                                                    const ModelError& model, double factor) {
   std::vector<sensor::Padded> widths;
   for (const Sight& sight : sights.sights) {
-    const DeviationRadius& tau = sight.tube;
-    const double scale = kTubeFactor * factor;
-    const RemainderBound bound =
-        bound_remainder(sight.kind, sight.position_m, sight.velocity_mps,
-                        {.all_m = scale * tau.all_m + model.position_m,
-                         .across_m = scale * tau.across_m + model.position_m,
-                         .horizontal_m = scale * tau.horizontal_m + model.position_m,
-                         .velocity_mps = scale * tau.velocity_mps + model.velocity_mps});
-    if (!bound.valid) {
+    const RemainderBound bound = bound_sight(sight, model, kTubeFactor * factor);
+    if (!bound.valid || !bound.half_width.allFinite()) {
       return std::nullopt;
     }
     widths.push_back(bound.half_width);
@@ -237,8 +272,8 @@ inline double model_term(const Sights& sights, const Channels& channels, const M
   if (model.kind == ModelError::Kind::kBox) {
     std::vector<sensor::Padded> widths;
     for (const Sight& sight : sights.sights) {
-      widths.emplace_back(sight.J_position.rowwise().norm() * model.position_m +
-                          sight.J_velocity.rowwise().norm() * model.velocity_mps);
+      widths.emplace_back(sight.model.J_value_position.rowwise().norm() * model.position_m +
+                          sight.model.J_value_velocity.rowwise().norm() * model.velocity_mps);
     }
     return channels.bound_above(sights, widths) + model.position_m;
   }
@@ -247,8 +282,8 @@ inline double model_term(const Sights& sights, const Channels& channels, const M
   Eigen::MatrixXd velocity = position;
   for (const Sight& sight : sights.sights) {
     const Eigen::Index count = sight.error_per_unit.cols();
-    const Eigen::MatrixXd N = sight.error_per_unit * sight.J_position.topRows(count);
-    const Eigen::MatrixXd N_velocity = sight.error_per_unit * sight.J_velocity.topRows(count);
+    const Eigen::MatrixXd N = sight.error_per_unit * sight.model.J_value_position.topRows(count);
+    const Eigen::MatrixXd N_velocity = sight.error_per_unit * sight.model.J_value_velocity.topRows(count);
     position += N * N.transpose();
     velocity += N_velocity * N_velocity.transpose();
   }
@@ -334,8 +369,10 @@ TRAMMEL_INLINE StatedValue state(const FitProblem& fit, const Eigen::VectorXd& r
   const Scenario& scenario = fit.scenario();
   detail::check_model_error(scenario, model_error);
   const trajectory::QuadraticSpline<double> about = fit.trajectory().coordinates.spline(reference);
-  StatedValue result(assemble(scenario, &about));
-  result.reference = result.problem.coordinates.from_motion(fit.trajectory().coordinates.motion(reference));
+  const std::vector<double> offsets_s =
+      fit.trajectory().coordinates.time_offsets_s(reference, scenario.stations.size());
+  StatedValue result(assemble(scenario, &about, offsets_s));
+  result.reference = result.problem.coordinates.moved_from(fit.trajectory().coordinates, reference);
   result.solution = detail::solve_tightly(method, result.problem.problem, solver);
   result.certificate = certify::verify(result.problem.problem, result.solution);
   certify::apply(result.certificate, solver, result.solution);
@@ -344,8 +381,11 @@ TRAMMEL_INLINE StatedValue state(const FitProblem& fit, const Eigen::VectorXd& r
   }
   const Eigen::MatrixXd& F = result.problem.problem.information_factor;
   result.z = result.solution.gain * (F.transpose() * result.problem.information_rhs);
+  const estimate::BiasEstimate biases =
+      estimate::estimate_biases(result.problem, scenario.bounds, result.solution.gain);
+  result.z.tail(biases.z.size()) = biases.z;
   result.linear_guarantee_rms_m = linalg::round_up(std::sqrt(result.solution.upper));
-  const detail::Sights sights = detail::look(scenario, result.problem, about, result.solution.gain);
+  const detail::Sights sights = detail::look(scenario, result.problem, result.solution.gain);
   for (const detail::Sight& sight : sights.sights) {
     result.tube_m.push_back(sight.tube.all_m);
   }

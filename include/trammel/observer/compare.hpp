@@ -52,10 +52,8 @@ struct Comparison {
 [[nodiscard]] Scenario with_station_at(Scenario scenario, std::size_t station,
                                        const Eigen::Vector3d& position_m);
 
-/// The scenario with a station that is carried along a path: one station per planned time, each where the
-/// path is then. `path` gives the position (m) at a time (s).
-[[nodiscard]] Scenario with_station_along(Scenario scenario, std::size_t station,
-                                          const std::function<Eigen::Vector3d(double)>& path);
+/// The scenario with a station that is carried along a track, without observations.
+[[nodiscard]] Scenario with_station_along(Scenario scenario, std::size_t station, PathSamples track);
 
 }  // namespace trammel::inline TRAMMEL_ABI::observer
 

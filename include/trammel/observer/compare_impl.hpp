@@ -47,25 +47,14 @@ TRAMMEL_INLINE Scenario with_station_at(Scenario scenario, std::size_t station,
   require(station < scenario.stations.size(), "station", "an index beyond the stations",
           "a station of the scenario");
   scenario.stations[station].position_m = position_m;
+  scenario.stations[station].track = {};
   return scenario;
 }
 
-TRAMMEL_INLINE Scenario with_station_along(Scenario scenario, std::size_t station,
-                                           const std::function<Eigen::Vector3d(double)>& path) {
+TRAMMEL_INLINE Scenario with_station_along(Scenario scenario, std::size_t station, PathSamples track) {
   require(station < scenario.stations.size(), "station", "an index beyond the stations",
           "a station of the scenario");
-  const Station carried = scenario.stations[station];
-  const auto place = scenario.stations.begin() + static_cast<std::ptrdiff_t>(station);
-  std::vector<Station> copies;
-  for (const double time_s : carried.times_s) {
-    Station copy = carried;
-    copy.name = carried.name + " " + std::to_string(copies.size() + 1);
-    copy.times_s = {time_s};
-    copy.position_m = path(time_s);
-    copies.push_back(std::move(copy));
-  }
-  const auto after = scenario.stations.erase(place);
-  scenario.stations.insert(after, copies.begin(), copies.end());
+  scenario.stations[station].track = std::move(track);
   scenario.observations.clear();
   return scenario;
 }

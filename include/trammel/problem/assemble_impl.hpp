@@ -62,6 +62,29 @@ inline void check_stations(const Scenario& scenario) {
     require(station.position_m.allFinite(), label + " position_m", "a value that is not finite",
             "finite values");
     (void)noise_factor(station.covariance, components(station.kind), label);
+    const Eigen::VectorXd& bias = station.bias.components;
+    if (bias.size() != 0 && bias.size() != components(station.kind)) {
+      throw Error({label + " bias", std::to_string(bias.size()) + " semi-axes",
+                   std::to_string(components(station.kind)) + ", one per component of its kind, or none"});
+    }
+    for (Eigen::Index c = 0; c <= bias.size(); ++c) {
+      const double axis = c < bias.size() ? bias(c) : station.bias.time_s;
+      if (!(axis >= 0.0)) {
+        throw Error({label + " bias", std::to_string(axis), "semi-axes from 0 (none) to inf (unbounded)"});
+      }
+    }
+  }
+}
+
+/// Throws Error unless the station's track tells where it is at the time of a measurement.
+inline void check_track(const Scenario& scenario, const std::vector<trajectory::NominalTrajectory>& tracks,
+                        const MeasurementSite& site) {
+  const trajectory::NominalTrajectory& track = tracks[site.station];
+  if (!track.covers(site.t_s)) {
+    throw Error(
+        {describe(scenario, site),
+         "a track from " + std::to_string(track.begin_s()) + " to " + std::to_string(track.end_s()) + " s",
+         "a track that covers the times of the station's measurements"});
   }
 }
 
@@ -127,54 +150,28 @@ inline void compress(Eigen::MatrixXd& factor, Eigen::VectorXd& rhs, double& resi
   factor = qr.matrixQR().topRows(p).triangularView<Eigen::Upper>();
 }
 
-/// The reference, or a deviation from it, as what measurements are linearised about.
-class LinearisationPath {
- public:
-  LinearisationPath(const trajectory::NominalTrajectory& nominal,
-                    const trajectory::QuadraticSpline<double>* about)
-      : nominal_(nominal), about_(about) {}
-
-  [[nodiscard]] Eigen::Vector3d position(double t_s) const {
-    return about_ == nullptr ? nominal_.position(t_s)
-                             : Eigen::Vector3d(nominal_.position(t_s) + about_->position(t_s));
-  }
-  [[nodiscard]] Eigen::Vector3d velocity(double t_s) const {
-    return about_ == nullptr ? nominal_.velocity(t_s)
-                             : Eigen::Vector3d(nominal_.velocity(t_s) + about_->velocity(t_s));
-  }
-  /// J_position p + J_velocity v of the deviation linearised about.
-  [[nodiscard]] sensor::Padded offset(const sensor::Linearised& model, double t_s) const {
-    if (about_ == nullptr) {
-      return sensor::Padded::Zero();
-    }
-    return model.J_value_position * about_->position(t_s) + model.J_value_velocity * about_->velocity(t_s);
-  }
-
- private:
-  const trajectory::NominalTrajectory& nominal_;
-  const trajectory::QuadraticSpline<double>* about_;
-};
-
-/// All measurements, whitened and linearised, reduced to a triangle in the spline coefficients.
-inline linalg::ReducedRows reduce_measurements(const Scenario& scenario, const trajectory::SplineBasis& basis,
-                                               const LinearisationPath& path) {
+/// All measurements, whitened and linearised, reduced to a triangle in the spline coefficients and biases.
+inline linalg::ReducedRows reduce_measurements(const Scenario& scenario, const TrajectoryProblem& problem) {
   std::vector<Eigen::Matrix3d> noise;
   for (std::size_t i = 0; i < scenario.stations.size(); ++i) {
     const Station& station = scenario.stations[i];
     noise.push_back(noise_factor(station.covariance, components(station.kind), station_label(scenario, i)));
   }
-  linalg::BandedRows<9, 3> rows(basis.segments());
+  const trajectory::SplineBasis& basis = problem.coordinates.basis();
+  const std::vector<BiasParameter>& biases = problem.coordinates.bias_parameters();
+  linalg::BandedRows<9, 3> rows(basis.segments(), static_cast<Eigen::Index>(biases.size()));
   for_each_measurement(scenario, [&](const MeasurementSite& site) {
-    check_measurement(scenario, basis, site);
     const Station& station = scenario.stations[site.station];
+    const double offset_s = problem.time_offsets_s[site.station];
+    const RelativeMotion motion = linearised_motion(problem, site.station, site.t_s);
     sensor::Linearised model;
     try {
-      model = sensor::linearise(station.kind, path.position(site.t_s) - station.position_m,
-                                path.velocity(site.t_s));
+      model = sensor::linearise(station.kind, motion.position_m, motion.velocity_mps);
     } catch (const Error& error) {
       throw Error({describe(scenario, site) + ", " + error.detail().where, error.detail().found,
                    error.detail().expected});
     }
+    const sensor::Padded rate = time_rate(model, motion);
     Eigen::Matrix3d own;
     const Eigen::Matrix3d* lower = &noise[site.station];
     sensor::Padded deviation = sensor::Padded::Zero();
@@ -184,24 +181,30 @@ inline linalg::ReducedRows reduce_measurements(const Scenario& scenario, const t
         lower = &own;
       }
       deviation = sensor::difference(station.kind, sensor::padded(site.observation->value), model.value) +
-                  path.offset(model, site.t_s);
+                  rate * offset_s;
+      if (problem.linearised_about) {
+        deviation += model.J_value_position * problem.linearised_about->position(site.t_s + offset_s) +
+                     model.J_value_velocity * problem.linearised_about->velocity(site.t_s + offset_s);
+      }
     }
+    Eigen::Matrix<double, 3, Eigen::Dynamic> J_bias = bias_columns(biases, site.station, rate);
     const auto whiten = lower->triangularView<Eigen::Lower>();
     whiten.solveInPlace(model.J_value_position);
     whiten.solveInPlace(model.J_value_velocity);
+    whiten.solveInPlace(J_bias);
     whiten.solveInPlace(deviation);
-    const trajectory::LocalBasis<double> local = basis.at(site.t_s);
+    const trajectory::LocalBasis<double> local = basis.at(site.t_s + offset_s);
     for (Eigen::Index i = 0; i < components(station.kind); ++i) {
       Eigen::Matrix<double, 1, 9> row;
       for (Eigen::Index k = 0; k < 3; ++k) {
         row.segment<3>(3 * k) =
             local.value(k) * model.J_value_position.row(i) + local.rate(k) * model.J_value_velocity.row(i);
       }
-      if (!row.allFinite()) {
+      if (!row.allFinite() || !J_bias.allFinite()) {
         throw Error(
             {describe(scenario, site), "a derivative that is not finite", "a path away from the station"});
       }
-      rows.add(local.first, row, deviation(i));
+      rows.add(local.first, row, J_bias.row(i), deviation(i));
     }
   });
   return rows.reduce();
@@ -213,6 +216,13 @@ inline void add_ellipsoids(const MotionBounds& bounds, TrajectoryProblem& result
   const Eigen::MatrixXd motion = coordinates.kept_motion_rows();
   const Eigen::Index count = coordinates.basis().coefficients();
   std::size_t next = 0;
+  const auto add = [&result](const Eigen::MatrixXd& rows, std::vector<Eigen::Index>& place) {
+    place.push_back(rows.rows() == 0 ? TrajectoryProblem::kNoEllipsoid
+                                     : static_cast<Eigen::Index>(result.problem.ellipsoids.size()));
+    if (rows.rows() > 0) {
+      result.problem.ellipsoids.push_back(rows);
+    }
+  };
   for (Eigen::Index l = 0; l < count; ++l) {
     const Eigen::Vector3d& axes = semi_axes(bounds, l);
     Eigen::MatrixXd rows(3, coordinates.parameters());
@@ -226,12 +236,19 @@ inline void add_ellipsoids(const MotionBounds& bounds, TrajectoryProblem& result
         rows.row(used++) = motion.row(at) / axes(axis);
       }
     }
-    if (used == 0) {
-      result.ellipsoid_of_bound.push_back(TrajectoryProblem::kNoEllipsoid);
-      continue;
+    add(rows.topRows(used), result.ellipsoid_of_bound);
+  }
+  const std::vector<BiasParameter>& biases = coordinates.bias_parameters();
+  for (std::size_t station = 0; station < result.stations.size(); ++station) {
+    Eigen::MatrixXd rows(0, coordinates.parameters());
+    for (std::size_t k = 0; k < biases.size(); ++k) {
+      if (biases[k].station == station && std::isfinite(biases[k].semi_axis)) {
+        rows.conservativeResize(rows.rows() + 1, Eigen::NoChange);
+        rows.bottomRows<1>() =
+            motion.row(coordinates.motion_parameters() + static_cast<Eigen::Index>(k)) / biases[k].semi_axis;
+      }
     }
-    result.ellipsoid_of_bound.push_back(static_cast<Eigen::Index>(result.problem.ellipsoids.size()));
-    result.problem.ellipsoids.emplace_back(rows.topRows(used));
+    add(rows, result.ellipsoid_of_station);
   }
 }
 
@@ -290,9 +307,27 @@ TRAMMEL_INLINE void check(const Scenario& scenario) {
   }
   detail::check_criterion(scenario, basis);
   detail::check_stations(scenario);
-  for_each_measurement(
-      scenario, [&](const MeasurementSite& site) { detail::check_measurement(scenario, basis, site); });
+  const std::vector<trajectory::NominalTrajectory> tracks = station_paths(scenario);
+  for_each_measurement(scenario, [&](const MeasurementSite& site) {
+    detail::check_measurement(scenario, basis, site);
+    detail::check_track(scenario, tracks, site);
+  });
   (void)make_nominal(scenario);
+}
+
+TRAMMEL_INLINE std::vector<trajectory::NominalTrajectory> station_paths(const Scenario& scenario) {
+  std::vector<trajectory::NominalTrajectory> result;
+  for (std::size_t i = 0; i < scenario.stations.size(); ++i) {
+    const Station& station = scenario.stations[i];
+    const PathSamples& track = station.track;
+    const bool stands = track.times_s.empty() && track.positions_m.empty();
+    result.push_back(
+        stands ? trajectory::NominalTrajectory::line(scenario.knots_s.front(), station.position_m,
+                                                     Eigen::Vector3d::Zero())
+               : trajectory::NominalTrajectory::through(track.times_s, track.positions_m,
+                                                        detail::station_label(scenario, i) + " track"));
+  }
+  return result;
 }
 
 TRAMMEL_INLINE trajectory::NominalTrajectory make_nominal(const Scenario& scenario) {
@@ -312,22 +347,41 @@ TRAMMEL_INLINE trajectory::NominalTrajectory make_nominal(const Scenario& scenar
   return nominal;
 }
 
+TRAMMEL_INLINE RelativeMotion linearised_motion(const TrajectoryProblem& problem, std::size_t station,
+                                                double t_s) {
+  const double made_s = t_s + problem.time_offsets_s[station];
+  RelativeMotion motion = relative_motion(problem.nominal, problem.stations[station], made_s);
+  if (problem.linearised_about) {
+    motion.position_m += problem.linearised_about->position(made_s);
+    motion.velocity_mps += problem.linearised_about->velocity(made_s);
+    motion.acceleration_mps2 += problem.linearised_about->acceleration(made_s);
+  }
+  return motion;
+}
+
 TRAMMEL_INLINE TrajectoryProblem assemble(const Scenario& scenario,
-                                          const trajectory::QuadraticSpline<double>* about) {
+                                          const trajectory::QuadraticSpline<double>* about,
+                                          const std::vector<double>& time_offsets_s) {
   check(scenario);
+  require(time_offsets_s.empty() || time_offsets_s.size() == scenario.stations.size(), "time_offsets_s",
+          std::to_string(time_offsets_s.size()) + " entries", "one per station, or none");
   const trajectory::SplineBasis basis(scenario.knots_s);
-  TrajectoryProblem result{.coordinates = MotionCoordinates(basis, scenario.bounds),
-                           .nominal = make_nominal(scenario),
-                           .problem = {},
-                           .information_rhs = {},
-                           .information_residual = 0.0,
-                           .ellipsoid_of_bound = {},
-                           .observations = 0,
-                           .linearised_about = about == nullptr ? std::nullopt : std::optional(*about)};
+  TrajectoryProblem result{
+      .coordinates = MotionCoordinates(basis, scenario.bounds, bias_parameters(scenario)),
+      .nominal = make_nominal(scenario),
+      .stations = station_paths(scenario),
+      .problem = {},
+      .information_rhs = {},
+      .information_residual = 0.0,
+      .ellipsoid_of_bound = {},
+      .ellipsoid_of_station = {},
+      .observations = 0,
+      .linearised_about = about == nullptr ? std::nullopt : std::optional(*about),
+      .time_offsets_s = time_offsets_s};
+  result.time_offsets_s.resize(scenario.stations.size(), 0.0);
   for_each_measurement(scenario, [&](const MeasurementSite& /*site*/) { ++result.observations; });
 
-  linalg::ReducedRows reduced =
-      detail::reduce_measurements(scenario, basis, detail::LinearisationPath(result.nominal, about));
+  linalg::ReducedRows reduced = detail::reduce_measurements(scenario, result);
   result.problem.information_factor = result.coordinates.restrict_rows(reduced.factor);
   detail::compress(result.problem.information_factor, reduced.rhs, reduced.residual);
   result.problem.criterion_factor =

@@ -15,13 +15,29 @@
 
 namespace trammel::inline TRAMMEL_ABI {
 
+/// Positions over time.
+struct PathSamples {
+  std::vector<double> times_s;  ///< strictly increasing, at least two
+  std::vector<Eigen::Vector3d> positions_m;
+};
+
+/// Semi-axes of the ellipsoid that confines a station's constant errors: 0 none, infinity unbounded.
+struct StationBias {
+  Eigen::VectorXd components;  ///< one per component, in its unit: what a reading is too large; empty: none
+  double time_s = 0.0;         ///< a reading tagged t was made at t + offset
+};
+
 /// A measuring station.
 struct Station {
   std::string name;
   SensorKind kind = SensorKind::kRange;
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
-  Eigen::MatrixXd covariance;   ///< components x components, symmetric positive definite
-  std::vector<double> times_s;  ///< planned measurement times (used when there are no observations)
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< where it stands, unless it has a track
+  /// components x components, symmetric positive definite: the covariance of the noise or an upper bound of
+  /// it. Everything guaranteed holds for every smaller covariance (in the semidefinite order) as well.
+  Eigen::MatrixXd covariance = {};
+  std::vector<double> times_s = {};  ///< planned measurement times (used when there are no observations)
+  PathSamples track = {};  ///< where it moves: joined as NominalTrajectory::through does; empty: it stands
+  StationBias bias = {};
 };
 
 /// One measurement of one station.

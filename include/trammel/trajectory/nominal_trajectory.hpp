@@ -38,10 +38,12 @@ class NominalTrajectory {
     return result;
   }
 
-  /// Through samples. Throws Error unless there are at least two, finite, with strictly increasing times.
+  /// Through samples. Throws Error unless there are at least two, finite, with strictly increasing times;
+  /// `whose` names them in messages.
   static NominalTrajectory through(std::vector<double> times_s,
-                                   const std::vector<Eigen::Vector3d>& positions_m) {
-    check(times_s, positions_m);
+                                   const std::vector<Eigen::Vector3d>& positions_m,
+                                   const std::string& whose = "nominal") {
+    check(times_s, positions_m, whose);
     NominalTrajectory result;
     result.times_s_ = std::move(times_s);
     result.join(positions_m);
@@ -71,6 +73,16 @@ class NominalTrajectory {
     const Scalar u = t_s - Scalar(times_s_[i]);
     return value<Scalar>(i, 1) + u * (Scalar(2) * value<Scalar>(i, 2) + Scalar(3) * u * value<Scalar>(i, 3));
   }
+  /// Largest acceleration (m/s^2) between begin_s and end_s: it is linear on each piece.
+  [[nodiscard]] double largest_acceleration_mps2() const {
+    double largest = 0.0;
+    for (std::size_t i = 0; i < pieces_.size(); ++i) {
+      const Eigen::Vector3d begin = 2 * pieces_[i][2];
+      const Eigen::Vector3d end = begin + 6 * (times_s_[i + 1] - times_s_[i]) * pieces_[i][3];
+      largest = std::max({largest, begin.norm(), end.norm()});
+    }
+    return largest;
+  }
   /// Acceleration (m/s^2).
   template <class Scalar>
   [[nodiscard]] Eigen::Matrix<Scalar, 3, 1> acceleration(const Scalar& t_s) const {
@@ -88,16 +100,17 @@ class NominalTrajectory {
 
   NominalTrajectory() = default;
 
-  static void check(const std::vector<double>& times_s, const std::vector<Eigen::Vector3d>& positions_m) {
-    require(times_s.size() >= 2, "nominal samples", std::to_string(times_s.size()), "at least 2");
+  static void check(const std::vector<double>& times_s, const std::vector<Eigen::Vector3d>& positions_m,
+                    const std::string& whose) {
+    require(times_s.size() >= 2, whose + " samples", std::to_string(times_s.size()), "at least 2");
     require(
-        times_s.size() == positions_m.size(), "nominal samples",
+        times_s.size() == positions_m.size(), whose + " samples",
         std::to_string(positions_m.size()) + " positions for " + std::to_string(times_s.size()) + " times",
         "as many positions as times");
     for (std::size_t i = 0; i < times_s.size(); ++i) {
       const bool finite = std::isfinite(times_s[i]) && positions_m[i].allFinite();
       if (!finite || (i > 0 && !(times_s[i] > times_s[i - 1]))) {
-        throw Error({"nominal sample " + std::to_string(i + 1),
+        throw Error({whose + " sample " + std::to_string(i + 1),
                      finite ? "time " + std::to_string(times_s[i]) + " s" : "a value that is not finite",
                      finite ? "a time after " + std::to_string(times_s[i - 1]) + " s" : "finite values"});
       }
