@@ -4,4 +4,5 @@
 #include "trammel/localise/interior_motion_impl.hpp"
 #include "trammel/localise/levenberg_marquardt_impl.hpp"
 #include "trammel/localise/locate_impl.hpp"
+#include "trammel/localise/outliers_impl.hpp"
 #include "trammel/localise/stated_value_impl.hpp"
