@@ -2,11 +2,13 @@
 #include "scenario_reader.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "csv.hpp"
 #include "document.hpp"
 #include "file.hpp"
 #include "measurement_csv.hpp"
+#include "measurement_wide.hpp"
 #include "trammel/core/error.hpp"
 #include "trammel/problem/noise.hpp"
 
@@ -129,8 +131,74 @@ SensorKind read_kind(const Node& node) {
                                         table[4].name, table[5].name, table[6].name}));
 }
 
-Station read_station(const Node& node, const std::vector<double>& knots_s, const std::vector<Station>& before,
-                     bool has_observations) {
+/// Rows [t_s, x_m, y_m, z_m].
+PathSamples read_track(const Node& node) {
+  PathSamples track;
+  const Eigen::MatrixXd rows = node.matrix();
+  if (rows.rows() < 2 || rows.cols() != 1 + kAxes) {
+    node.fail(std::to_string(rows.rows()) + " rows of " + std::to_string(rows.cols()) + " numbers",
+              "at least two rows [t_s, x_m, y_m, z_m]");
+  }
+  for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+    if (i > 0 && !(rows(i, 0) > rows(i - 1, 0))) {
+      node.fail(shortest(rows(i, 0)) + " s after " + shortest(rows(i - 1, 0)) + " s",
+                "strictly increasing times");
+    }
+    track.times_s.push_back(rows(i, 0));
+    track.positions_m.emplace_back(rows(i, 1), rows(i, 2), rows(i, 3));
+  }
+  return track;
+}
+
+/// Where a station is: one of position_m, file, track.
+void read_place(const Document& document, const Node& node, Station& station,
+                std::vector<InputFile>& inputs) {
+  const Node* position = node.find("position_m");
+  const Node* file = node.find("file");
+  const Node* track = node.find("track");
+  const int given = static_cast<int>(position != nullptr) + static_cast<int>(file != nullptr) +
+                    static_cast<int>(track != nullptr);
+  if (given > 1) {
+    node.fail("more than one of position_m, file and track", "one of them");
+  }
+  if (file != nullptr) {
+    const std::filesystem::path path = document.resolve(file->text());
+    // The times it must cover are those of the measurements, which are not known yet.
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    station.track = read_path(path, kInfinity, -kInfinity);
+    inputs.push_back({file->text(), sha256(read_text(path))});
+  } else if (track != nullptr) {
+    station.track = read_track(*track);
+  } else if (station.kind != SensorKind::kPosition || position != nullptr) {
+    station.position_m = node.at("position_m").vector(kAxes);
+  }
+}
+
+/// Semi-axes by name of component, and time_s.
+StationBias read_bias(const Node& node, SensorKind kind) {
+  StationBias bias;
+  const std::vector<std::string> names = component_columns(kind);
+  bias.components = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(names.size()));
+  for (const auto& [name, value] : node.members()) {
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (found != names.end()) {
+      bias.components(found - names.begin()) = read_semi_axis(value);
+    } else if (name == "time_s") {
+      bias.time_s = read_semi_axis(value);
+    } else {
+      std::string known;
+      for (const std::string& component : names) {
+        known += component + ", ";
+      }
+      value.fail("a bias of something else", known + "time_s");
+    }
+  }
+  return bias;
+}
+
+Station read_station(const Document& document, const Node& node, const std::vector<double>& knots_s,
+                     const std::vector<Station>& before, bool has_observations,
+                     std::vector<InputFile>& inputs) {
   Station station;
   const Node& name = node.at("name");
   station.name = name.text();
@@ -143,8 +211,9 @@ Station read_station(const Node& node, const std::vector<double>& knots_s, const
     }
   }
   station.kind = read_kind(node.at("kind"));
-  if (station.kind != SensorKind::kPosition || node.has("position_m")) {
-    station.position_m = node.at("position_m").vector(kAxes);
+  read_place(document, node, station, inputs);
+  if (const Node* bias = node.find("bias")) {
+    station.bias = read_bias(*bias, station.kind);
   }
   const Node& covariance = node.at("covariance");
   station.covariance = covariance.matrix();
@@ -268,11 +337,15 @@ ScenarioInput read_scenario(const Document& document, Observations wanted) {
   }
   const Node* observations = root.find("observations");
   const std::string observations_file = observations != nullptr ? observations->at("file").text() : "";
+  if (observations != nullptr && observations->has("reject_outliers")) {
+    input.reject_outliers = observations->at("reject_outliers").boolean();
+  }
   const bool may_read = observations != nullptr && wanted != Observations::kIgnore;
   bool planned = false;
   if (const Node* stations = root.find("station")) {
     for (const Node& node : stations->items()) {
-      scenario.stations.push_back(read_station(node, scenario.knots_s, scenario.stations, may_read));
+      scenario.stations.push_back(
+          read_station(document, node, scenario.knots_s, scenario.stations, may_read, input.inputs));
       planned = planned || !scenario.stations.back().times_s.empty();
     }
   }

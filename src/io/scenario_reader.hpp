@@ -24,6 +24,7 @@ struct InputFile {
 struct ScenarioInput {
   Scenario scenario;
   localise::FlightSettings settings;
+  bool reject_outliers = false;  ///< observations.reject_outliers
   std::vector<InputFile> inputs;
 };
 
@@ -46,13 +47,16 @@ enum class Observations {
 ///                model_error_m, model_error_mps = how far it may be from a motion within the bounds, with
 ///                model_error_kind = "ellipsoid" (root mean square) | "box" (at every time)
 /// [criterion]    kind = "integral" | "times" | "window" | "final", times_s = [..], window_s = [begin, end]
-/// [[station]]    name, kind, position_m = [3], covariance = [[..]], times_s = [..] | {start, stop, step}
-/// [observations] file = "measurements.csv"               # optional
+/// [[station]]    name, kind, covariance = [[..]], times_s = [..] | {start, stop, step},
+///                position_m = [3] | file = "path.csv" | track = [[t_s, x_m, y_m, z_m], ..]
+///                bias = {range_m = .., time_s = ..}      # semi-axes by component and of the clock
+/// [observations] file = "measurements.csv", reject_outliers = false | true      # optional
 /// [solver]       method = "structured" | "sdp" | "conditional-gradient", relative_gap, max_iterations,
 ///                relinearise = true | false, cross_fit = false | true
 /// ```
 /// Files are relative to the scenario's folder. A station needs times_s unless there are observations, and
-/// position_m unless its kind is "position" (where it is the origin of the coordinates it reports).
+/// a place unless its kind is "position" (where it is the origin of the coordinates it reports). A track
+/// must cover the station's measurements (checked when the problem is assembled).
 /// Throws Error naming file, line or key, what was found and what was expected.
 [[nodiscard]] ScenarioInput read_scenario(const std::filesystem::path& file,
                                           Observations observations = Observations::kRead);

@@ -15,6 +15,7 @@
 #include "terminal_progress.hpp"
 #include "trammel/estimate/trajectory_estimate.hpp"
 #include "trammel/localise/flight_estimate.hpp"
+#include "trammel/localise/outliers.hpp"
 
 namespace trammel::program {
 
@@ -60,6 +61,15 @@ int run(const EstimateOptions& options) {
   } else {
     input.settings.estimate.near_optimality->monte_carlo = options.monte_carlo;
   }
+  std::optional<localise::OutlierSearch> outliers;
+  if (input.reject_outliers && !options.design_only && !input.scenario.observations.empty()) {
+    outliers = localise::find_outliers(input.scenario, {.minimum_height_m = input.settings.minimum_height_m,
+                                                        .model_error = input.settings.model_error,
+                                                        .fit = input.settings.fit});
+    input.scenario = localise::without(std::move(input.scenario), *outliers);
+    require(!input.scenario.observations.empty(), "observations", "none that the bounds allow",
+            "measurements of a motion within the bounds (reject_outliers = false keeps them all)");
+  }
   localise::FlightEstimate flight;
   {
     TerminalProgress progress;
@@ -77,7 +87,8 @@ int run(const EstimateOptions& options) {
     comparison = report::compare_with_truth(input.scenario, estimate, *truth);
   }
   const report::ReportInput result{input, estimate, comparison ? &*comparison : nullptr,
-                                   flight.statement ? &*flight.statement : nullptr};
+                                   flight.statement ? &*flight.statement : nullptr,
+                                   outliers ? &*outliers : nullptr};
   const std::string json = io::dump(report::result_json(result));
   const std::filesystem::path folder(options.folder);
   if (!options.folder.empty()) {

@@ -27,6 +27,7 @@ using AddCommand = void (*)(CLI::App& app, Action& action);
 void add_estimate(CLI::App& app, Action& action);
 void add_design(CLI::App& app, Action& action);
 void add_simulate(CLI::App& app, Action& action);
+void add_suggest(CLI::App& app, Action& action);
 void add_filter_command(CLI::App& app, Action& action);
 void add_observer(CLI::App& app, Action& action);
 void add_region(CLI::App& app, Action& action);
@@ -36,8 +37,8 @@ void add_solve(CLI::App& app, Action& action);
 void add_sdp_command(CLI::App& app, Action& action);
 
 /// All sub-commands in the order of `trammel --help`.
-inline const std::vector<AddCommand> kCommands{add_estimate, add_design,     add_simulate, add_filter_command,
-                                               add_observer, add_region,     add_wind,     add_convert,
-                                               add_solve,    add_sdp_command};
+inline const std::vector<AddCommand> kCommands{add_estimate,       add_design,   add_simulate,   add_suggest,
+                                               add_filter_command, add_observer, add_region,     add_wind,
+                                               add_convert,        add_solve,    add_sdp_command};
 
 }  // namespace trammel::program

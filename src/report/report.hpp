@@ -12,6 +12,7 @@
 #include "../io/scenario_reader.hpp"
 #include "trammel/estimate/trajectory_estimate.hpp"
 #include "trammel/localise/flight_estimate.hpp"
+#include "trammel/localise/outliers.hpp"
 #include "truth_comparison.hpp"
 
 namespace trammel::report {
@@ -20,8 +21,9 @@ namespace trammel::report {
 struct ReportInput {
   const io::ScenarioInput& scenario;
   const estimate::TrajectoryEstimate& estimate;
-  const TruthComparison* truth = nullptr;          ///< null: not given
-  const localise::Statement* statement = nullptr;  ///< null: no observations, or nothing is bounded
+  const TruthComparison* truth = nullptr;             ///< null: not given
+  const localise::Statement* statement = nullptr;     ///< null: no observations, or nothing is bounded
+  const localise::OutlierSearch* outliers = nullptr;  ///< null: not looked for; the scenario has the others
 };
 
 /// How a result ended, in the words of result.json, the terminal and the page.

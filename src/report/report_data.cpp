@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "../io/csv.hpp"
@@ -246,12 +245,16 @@ Json shares(const TrajectoryEstimate& estimate) {
   }
   const Eigen::VectorXd& lambda = estimate.lambda_m2;
   const double accelerations = lambda.tail(lambda.size() - 2).sum();
-  const std::array<std::pair<const char*, double>, 4> parts{{
-      {"measurement noise", total - lambda.sum()},
+  const double biases = estimate.lambda_stations_m2.sum();
+  std::vector<std::pair<const char*, double>> parts{
+      {"measurement noise", total - lambda.sum() - biases},
       {"bound on initial position", lambda[0]},
       {"bound on initial velocity", lambda[1]},
       {"bounds on accelerations", accelerations},
-  }};
+  };
+  if (estimate.lambda_stations_m2.size() > 0) {
+    parts.emplace_back("biases of stations", biases);
+  }
   for (const auto& [name, part] : parts) {
     list.push_back({{"name", name}, {"share", std::clamp(part / total, 0.0, 1.0)}});
   }
@@ -315,11 +318,26 @@ Json facts(const ReportInput& input) {
                       " s");
   add("measurements", std::to_string(estimate.observations) + (estimate.observed ? " made" : " planned"));
   for (const Station& station : scenario.stations) {
-    add("station " + station.name,
-        std::string(describe(station.kind).name) + " at (" + rounded(station.position_m[0], 7) + ", " +
-            rounded(station.position_m[1], 7) + ", " + rounded(station.position_m[2], 7) + ") m");
+    const bool moves = !station.track.positions_m.empty();
+    const auto place = [](const Eigen::Vector3d& x) {
+      return "(" + rounded(x[0], 7) + ", " + rounded(x[1], 7) + ", " + rounded(x[2], 7) + ")";
+    };
+    add("station " + station.name, std::string(describe(station.kind).name) +
+                                       (moves ? ", moving from " + place(station.track.positions_m.front()) +
+                                                    " to " + place(station.track.positions_m.back())
+                                              : " at " + place(station.position_m)) +
+                                       " m");
   }
   if (estimate.observed) {
+    const estimate::ObservationResult& observed = *estimate.observed;
+    for (std::size_t k = 0; k < observed.bias_parameters.size(); ++k) {
+      const BiasParameter& bias = observed.bias_parameters[k];
+      add("bias of station " + scenario.stations[bias.station].name,
+          bias_name(scenario, bias) + " " + rounded(observed.biases(static_cast<Eigen::Index>(k)), 6) +
+              " estimated, guaranteed rms error " +
+              rounded(observed.biases_guaranteed_rms(static_cast<Eigen::Index>(k)), 6) + ", bounded by " +
+              rounded(bias.semi_axis, 6));
+    }
     const estimate::Linearisation& linearisation = estimate.observed->linearisation;
     add("linearisation ratio", rounded(linearisation.ratio, 3) + " sigma at most, " +
                                    (linearisation.iterations > 0 ? "about the path fitted to the data"
@@ -392,6 +410,14 @@ std::vector<std::string> warnings(const ReportInput& input) {
         break;
     }
   }
+  if (input.outliers != nullptr && !input.outliers->rejected.empty()) {
+    const std::size_t count = input.outliers->rejected.size();
+    list.push_back(std::to_string(count) + (count == 1 ? " measurement was" : " measurements were") +
+                   " rejected, because no motion within the bounds explains " + (count == 1 ? "it" : "them") +
+                   " beside the others: " + why_rejected(input, input.outliers->rejected.front()) +
+                   (count == 1 ? "" : " The others are listed in result.json.") +
+                   " The guarantee is that of the measurements kept, if those are sound.");
+  }
   const auto components = static_cast<double>(count_components(estimate));
   constexpr double kUnlikely = 6.0;  // standard deviations of chi-squared above its mean
   if (estimate.observed->chi2 > components + kUnlikely * std::sqrt(2.0 * components)) {
@@ -433,7 +459,10 @@ Json report_data(const ReportInput& input) {
   data["worst"] = columns(estimate.worst_case_motion.position_m);
   data["stations"] = Json::array();
   for (const Station& station : input.scenario.scenario.stations) {
-    data["stations"].push_back({{"name", station.name}, {"position", io::to_json(station.position_m)}});
+    const std::vector<Eigen::Vector3d>& track = station.track.positions_m;
+    data["stations"].push_back(
+        {{"name", station.name},
+         {"position", io::to_json(track.empty() ? station.position_m : track[track.size() / 2])}});
   }
   data["residuals"] = residuals(input);
   data["segments"] = segments(input);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "../io/csv.hpp"
+#include "../io/measurement_wide.hpp"
 #include "trammel/core/status.hpp"
 
 namespace trammel::report {
@@ -41,6 +42,42 @@ void add_near_optimality(const TrajectoryEstimate& estimate, Json& json) {
   }
   if (estimate.worst_case_theta.size() > 0) {
     json["worst_case"] = {{"file", kWorstCaseFile}, {"theta", io::to_json(estimate.worst_case_theta)}};
+  }
+}
+
+/// The stations' biases, one entry each.
+Json biases_json(const ReportInput& input) {
+  const estimate::ObservationResult& observed = *input.estimate.observed;
+  Json list = Json::array();
+  for (std::size_t k = 0; k < observed.bias_parameters.size(); ++k) {
+    const BiasParameter& bias = observed.bias_parameters[k];
+    list.push_back(
+        {{"station", input.scenario.scenario.stations[bias.station].name},
+         {"component", bias_name(input.scenario.scenario, bias)},
+         {"estimate", io::to_json(observed.biases(static_cast<Eigen::Index>(k)))},
+         {"guaranteed_rms", io::to_json(observed.biases_guaranteed_rms(static_cast<Eigen::Index>(k)))},
+         {"semi_axis", io::to_json(bias.semi_axis)}});
+  }
+  return list;
+}
+
+/// Measurements that were rejected, and the test.
+void add_outliers(const ReportInput& input, Json& json) {
+  const localise::OutlierSearch& search = *input.outliers;
+  json["outlier_test"] = {{"false_alarm", io::to_json(search.false_alarm)},
+                          {"quantile", io::to_json(search.quantile)},
+                          {"tested", search.tested},
+                          {"rounds", search.rounds},
+                          {"settled", search.settled}};
+  json["rejected"] = Json::array();
+  for (const localise::RejectedMeasurement& rejected : search.rejected) {
+    const Station& station = input.scenario.scenario.stations[rejected.station];
+    json["rejected"].push_back({{"station", station.name},
+                                {"t_s", io::to_json(rejected.t_s)},
+                                {"components", io::component_columns(station.kind)},
+                                {"residual", io::to_json(rejected.residual)},
+                                {"worst_case", io::to_json(rejected.allowed)},
+                                {"reason", why_rejected(input, rejected)}});
   }
 }
 
@@ -117,12 +154,28 @@ void add_statement(const ReportInput& input, Json& json) {
 std::string rounded_metres(double value) { return std::isfinite(value) ? rounded(value) + " m" : "no bound"; }
 
 std::string metres(double value) {
-  return std::isnan(value)   ? "not determined"
-         : std::isinf(value) ? "unbounded"
-                             : io::shortest(value) + " m";
+  return std::isnan(value) ? "not determined" : std::isinf(value) ? "unbounded" : io::shortest(value) + " m";
 }
 
 }  // namespace
+
+std::string why_rejected(const ReportInput& input, const localise::RejectedMeasurement& rejected) {
+  const Station& station = input.scenario.scenario.stations[rejected.station];
+  Eigen::Index worst = 0;
+  rejected.residual.cwiseAbs().cwiseQuotient(rejected.allowed).maxCoeff(&worst);
+  return station.name + " at " + io::shortest(rejected.t_s) +
+         " s: " + io::component_columns(station.kind)[static_cast<std::size_t>(worst)] + " is " +
+         rounded(rejected.residual(worst)) + " off what the others predict; motions within the bounds and " +
+         rounded(input.outliers->quantile, 3) + " sigma of noise account for " +
+         rounded(rejected.allowed(worst)) + " at most.";
+}
+
+std::string bias_name(const Scenario& scenario, const BiasParameter& bias) {
+  return bias.component == BiasParameter::kTimeOffset
+             ? "time_s"
+             : io::component_columns(
+                   scenario.stations[bias.station].kind)[static_cast<std::size_t>(bias.component)];
+}
 
 Json result_json(const ReportInput& input) {
   const TrajectoryEstimate& estimate = input.estimate;
@@ -148,6 +201,9 @@ Json result_json(const ReportInput& input) {
   json["gauss_markov_rms_m"] = io::to_json(estimate.gauss_markov_rms_m);
   json["prior_rms_m"] = io::to_json(estimate.prior_rms_m);
   json["lambda_m2"] = io::to_json(estimate.lambda_m2);
+  if (estimate.lambda_stations_m2.size() > 0) {
+    json["lambda_stations_m2"] = io::to_json(estimate.lambda_stations_m2);
+  }
   add_near_optimality(estimate, json);
   json["solve_time_s"] = io::to_json(estimate.solution.solve_time_s);
   json["library_version"] = kVersion;
@@ -165,12 +221,18 @@ Json result_json(const ReportInput& input) {
                         {"knots_s", input.scenario.scenario.knots_s},
                         {"position_m", io::matrix_to_json(observed.knot_position_m)},
                         {"velocity_mps", io::matrix_to_json(observed.knot_velocity_mps)}};
+    if (!observed.bias_parameters.empty()) {
+      json["estimate"]["biases"] = biases_json(input);
+    }
     json["linearisation"] = {{"ratio", io::to_json(observed.linearisation.ratio)},
                              {"iterations", observed.linearisation.iterations},
                              {"converged", observed.linearisation.converged}};
   }
   if (input.statement != nullptr) {
     add_statement(input, json);
+  }
+  if (input.outliers != nullptr) {
+    add_outliers(input, json);
   }
   if (input.truth != nullptr) {
     json["truth"] = {{"actual_rms_error_m", io::to_json(input.truth->estimate_rms_m)},
@@ -284,6 +346,15 @@ std::string summary(const ReportInput& input) {
     }
     line("linearisation ratio", io::shortest(estimate.observed->linearisation.ratio) + " sigma");
     line("chi2", io::shortest(estimate.observed->chi2));
+    const estimate::ObservationResult& observed = *estimate.observed;
+    for (std::size_t k = 0; k < observed.bias_parameters.size(); ++k) {
+      const BiasParameter& bias = observed.bias_parameters[k];
+      const auto at = static_cast<Eigen::Index>(k);
+      line("bias of " + input.scenario.scenario.stations[bias.station].name,
+           bias_name(input.scenario.scenario, bias) + " " + rounded(observed.biases(at)) +
+               ", guaranteed rms error " + rounded(observed.biases_guaranteed_rms(at)) + ", bounded by " +
+               rounded(bias.semi_axis));
+    }
   }
   if (input.truth != nullptr) {
     line("actual rms error", metres(input.truth->estimate_rms_m) + " (estimate against the true path)");

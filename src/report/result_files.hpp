@@ -32,7 +32,11 @@ inline constexpr const char* kClaimCovers =
 /// independence, model_error {position_m, velocity_mps, kind}, reference {method, barrier_weight,
 /// minimum_height_m, starts, linear_systems, cost, chi2, observations}, tube {factor, rms_m}, floor_test,
 /// competing_solutions, proved, assumed; status is "ambiguous" where the data are.
-/// With a true path: truth {actual_rms_error_m, actual_gauss_markov_rms_error_m}.
+/// Where stations have biases: lambda_stations_m2 (one per station) and estimate.biases, entries {station,
+/// component, estimate, guaranteed_rms, semi_axis}.
+/// Where outliers were looked for: outlier_test {false_alarm, quantile, tested, rounds, settled} and
+/// rejected, entries {station, t_s, components, residual, worst_case, reason}. With a true path: truth
+/// {actual_rms_error_m, actual_gauss_markov_rms_error_m}.
 [[nodiscard]] io::Json result_json(const ReportInput& input);
 
 /// `t_s,x_m,y_m,z_m,vx_mps,vy_mps,vz_mps,guaranteed_rms_m` on the dense grid: the estimate, or the reference
@@ -49,6 +53,13 @@ inline constexpr const char* kClaimCovers =
 /// Name of the file that holds competing_csv() of competing solution `index`, counted from 0: the first is
 /// competing_2.csv (the best solution is in trajectory.csv).
 [[nodiscard]] std::string competing_file(std::size_t index);
+
+/// Name of a bias as in scenario files: that of the component, or time_s.
+[[nodiscard]] std::string bias_name(const Scenario& scenario, const BiasParameter& bias);
+
+/// "radar at 12 s: range_m is 913 off what the others predict; ...".
+[[nodiscard]] std::string why_rejected(const ReportInput& input,
+                                       const localise::RejectedMeasurement& rejected);
 
 /// A few lines for a person.
 [[nodiscard]] std::string summary(const ReportInput& input);

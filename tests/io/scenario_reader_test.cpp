@@ -135,6 +135,27 @@ TEST(ScenarioReader, NominalFromFile) {
   EXPECT_EQ(input.inputs[1].name, "nominal.csv");
 }
 
+TEST(ScenarioReader, StationsThatMoveAndErr) {
+  const test::TemporaryFolder folder;
+  (void)folder.write("obs.csv", kObservations);
+  (void)folder.write("ship.csv", "t_s,x_m,y_m,z_m\n-1,0,0,1\n50,10,0,1\n");
+  std::string text = replaced(kScenario, "position_m = [0, 0, 0]",
+                              "file = \"ship.csv\"\nbias = {range_m = 30, azimuth_rad = inf, time_s = 0.1}");
+  text = replaced(text, "position_m = [5000, 0, 0]", "track = [[0, 5000, 0, 0], [41, 5000, 100, 7]]");
+  const io::ScenarioInput input = io::read_scenario(folder.write("s.toml", text));
+  const std::vector<Station>& stations = input.scenario.stations;
+  EXPECT_EQ(stations[0].track.times_s, (std::vector<double>{-1, 50}));
+  EXPECT_EQ(stations[0].track.positions_m[1], Eigen::Vector3d(10, 0, 1));
+  ASSERT_EQ(stations[0].bias.components.size(), 3);
+  EXPECT_TRUE(std::isinf(stations[0].bias.components(0)));
+  EXPECT_EQ(stations[0].bias.components.tail<2>(), Eigen::Vector2d(0, 30));
+  EXPECT_EQ(stations[0].bias.time_s, 0.1);
+  EXPECT_EQ(stations[1].track.times_s, (std::vector<double>{0, 41}));
+  EXPECT_EQ(stations[1].track.positions_m[1], Eigen::Vector3d(5000, 100, 7));
+  EXPECT_EQ(stations[1].bias.components.size(), 0);
+  EXPECT_EQ(input.inputs[1].name, "ship.csv");
+}
+
 TEST(ScenarioReader, JsonIsTheSameTree) {
   const test::TemporaryFolder folder;
   const auto input = io::read_scenario(folder.write("s.json", R"({"model": {"knots_s": [0, 10]},
@@ -204,6 +225,17 @@ TEST(ScenarioReader, BadScenariosNameLineKeyFoundAndExpected) {
        "s.toml:24: station[1].times_s: found time 40.5 s, expected a time within the knots, 0 to 40 s"},
       {"times_s = [0, 20, 40]", "time_s = [0, 20, 40]", "s.toml:24: station[1].time_s: found an unknown key"},
       {"title", "titel", "titel: found an unknown key"},
+      {"position_m = [5000, 0, 0]", "position_m = [5000, 0, 0]\nfile = \"ship.csv\"",
+       "station[1]: found more than one of position_m, file and track, expected one of them"},
+      {"position_m = [5000, 0, 0]", "track = [[0, 1, 2], [1, 1, 2]]",
+       "s.toml:22: station[1].track: found 2 rows of 3 numbers, expected at least two rows"},
+      {"position_m = [5000, 0, 0]", "track = [[5, 1, 2, 3], [5, 1, 2, 3]]",
+       "s.toml:22: station[1].track: found 5 s after 5 s, expected strictly increasing times"},
+      {"position_m = [5000, 0, 0]", "file = \"absent.csv\"", "absent.csv: found No such file"},
+      {"[[9]]", "[[9]]\nbias = {azimuth_rad = 1}",
+       "station[1].bias.azimuth_rad: found a bias of something else, expected range_m, time_s"},
+      {"[[9]]", "[[9]]\nbias = {range_m = -1}",
+       "station[1].bias.range_m: found -1, expected a bound of at least 0"},
       {"relative_gap = 1e-7", "relative_gap = 0",
        "solver.relative_gap: found 0, expected a number between 0 and 1"},
       {"max_iterations = 50", "max_iterations = 2.5",

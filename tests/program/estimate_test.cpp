@@ -20,6 +20,7 @@
 namespace {
 
 using namespace trammel;
+using test::replaced;
 using test::run_program;
 
 constexpr const char* kObserved = "[observations]\nfile = \"obs.csv\"\n";
@@ -40,6 +41,100 @@ TEST(Design, PrintsTheContractAndNothingElse) {
   EXPECT_LT(upper, json.at("gauss_markov_rms_m").get<double>());
   EXPECT_EQ(json.at("lambda_m2").size(), 5U);
   EXPECT_FALSE(json.contains("estimate"));
+}
+
+// A station on the move, readings and clock off: from the files to the biases in the result.
+TEST(Estimate, OfStationsThatMoveAndErr) {
+  const test::TemporaryFolder folder;
+  const std::string still = test::small_scenario();
+  const std::string moving = replaced(
+      still, "position_m = [0, 0, 0]",
+      "track = [[0, 0, 0, 0], [15, 100, 50, 0], [30, 250, 80, 0]]\nbias = {range_m = 40, time_s = 0.2}");
+  (void)folder.write("truth.csv", "t_s,x_m,y_m,z_m\n0,1000,2000,500\n30,1900,2000,530\n");
+  (void)folder.write("plan.toml", moving);
+  ASSERT_EQ(run_program(folder, "simulate plan.toml truth.csv --seed 4 --out obs.csv").exit_code, 0);
+  (void)folder.write("s.toml", moving + kObserved);
+  const auto run = run_program(folder, "estimate s.toml --bounds-only --json");
+  EXPECT_EQ(run.exit_code, 0) << run.errors;
+  const io::Json json = run.json();
+  EXPECT_EQ(json.at("parameters"), 17);
+  EXPECT_EQ(json.at("claim"), "verified");
+  const io::Json& biases = json.at("estimate").at("biases");
+  ASSERT_EQ(biases.size(), 2U);
+  EXPECT_EQ(biases[0].at("component"), "range_m");
+  EXPECT_EQ(biases[1].at("component"), "time_s");
+  EXPECT_EQ(biases[1].at("semi_axis"), 0.2);
+  EXPECT_LT(std::abs(biases[0].at("estimate").get<double>()), 40.0);
+  EXPECT_EQ(json.at("lambda_stations_m2").size(), 2U);
+  // Not knowing the biases costs accuracy; knowing that there are none gives it back.
+  (void)folder.write("sound.toml", replaced(moving, "\nbias = {range_m = 40, time_s = 0.2}", ""));
+  const auto sound = run_program(folder, "design sound.toml --bounds-only --json").json();
+  EXPECT_LT(sound.at("guaranteed_rms_m").get<double>(), json.at("guaranteed_rms_m").get<double>());
+  (void)folder.write("short.toml", replaced(moving, "[30, 250, 80, 0]", "[29, 250, 80, 0]"));
+  const auto uncovered = run_program(folder, "design short.toml");
+  EXPECT_EQ(uncovered.exit_code, 2);
+  EXPECT_NE(uncovered.errors.find("expected a track that covers the times of the station's measurements"),
+            std::string::npos)
+      << uncovered.errors;
+}
+
+TEST(Estimate, RejectsOutliersWhenAsked) {
+  const test::TemporaryFolder folder;
+  (void)folder.write("truth.csv", "t_s,x_m,y_m,z_m\n0,1000,2000,500\n30,1900,2000,530\n");
+  (void)folder.write("plan.toml", test::small_scenario());
+  ASSERT_EQ(run_program(folder, "simulate plan.toml truth.csv --seed 4 --out obs.csv").exit_code, 0);
+  const std::string sound = io::read_text(folder.path() / "obs.csv");
+  (void)folder.write("obs.csv", sound + "12.5,radar,0.9,0.22,2600\n17,ranger,9000\n");
+  (void)folder.write("kept.toml", test::small_scenario() + kObserved);
+  (void)folder.write("s.toml", test::small_scenario() + kObserved + "reject_outliers = true\n");
+  const io::Json kept = run_program(folder, "estimate kept.toml --bounds-only --json").json();
+  EXPECT_FALSE(kept.contains("rejected"));
+  const auto run = run_program(folder, "estimate s.toml --bounds-only --json");
+  EXPECT_EQ(run.exit_code, 0) << run.errors;
+  const io::Json json = run.json();
+  EXPECT_EQ(json.at("observations").get<int>(), kept.at("observations").get<int>() - 2);
+  EXPECT_LT(json.at("chi2").get<double>(), 0.01 * kept.at("chi2").get<double>());
+  ASSERT_EQ(json.at("rejected").size(), 2U);
+  const io::Json& ranger = json.at("rejected")[1];
+  EXPECT_EQ(ranger.at("station"), "ranger");
+  EXPECT_EQ(ranger.at("t_s"), 17.0);
+  EXPECT_EQ(ranger.at("components"), io::Json::array({"range_m"}));
+  EXPECT_GT(ranger.at("residual")[0].get<double>(), ranger.at("worst_case")[0].get<double>());
+  EXPECT_NE(ranger.at("reason").get<std::string>().find("ranger at 17 s: range_m is"), std::string::npos);
+  EXPECT_TRUE(json.at("outlier_test").at("settled").get<bool>());
+  const auto words = run_program(folder, "estimate s.toml --bounds-only --out result");
+  EXPECT_NE(words.output.find("2 measurements were rejected"), std::string::npos) << words.output;
+  EXPECT_NE(io::read_text(folder.path() / "result/report.html").find("2 measurements were rejected"),
+            std::string::npos);
+}
+
+// The keys that suggest prints, put into the scenario, are accepted and hold the data.
+TEST(Suggest, PrintsKeysThatCanBeUsed) {
+  const test::TemporaryFolder folder;
+  (void)folder.write("truth.csv",
+                     "t_s,x_m,y_m,z_m\n0,1000,2000,500\n10,1300,2005,510\n20,1600,2020,520\n"
+                     "30,1900,2045,530\n");
+  (void)folder.write("plan.toml", test::small_scenario());
+  ASSERT_EQ(run_program(folder, "simulate plan.toml truth.csv --seed 4 --out obs.csv").exit_code, 0);
+  (void)folder.write("s.toml", test::small_scenario() + kObserved);
+  const auto run = run_program(folder, "suggest s.toml --lengths 5,10 --json");
+  EXPECT_EQ(run.exit_code, 0) << run.errors;
+  const io::Json json = run.json();
+  EXPECT_EQ(json.at("trials").size(), 2U);
+  EXPECT_TRUE(json.at("fits").get<bool>());
+  const std::string keys = json.at("keys");
+  std::string used = replaced(test::small_scenario(), "[model]\nknots_s = [0, 10, 20, 30]\n", "");
+  used = replaced(used, "[bounds]\n", keys);
+  used = replaced(used, "acceleration_mps2 = 2\n", "");
+  (void)folder.write("used.toml", used + kObserved);
+  const auto estimate = run_program(folder, "estimate used.toml --bounds-only --json");
+  EXPECT_EQ(estimate.exit_code, 0) << estimate.errors << used;
+  const auto words = run_program(folder, "suggest s.toml --lengths 5,10");
+  EXPECT_NE(words.output.find("<- suggested"), std::string::npos);
+  EXPECT_NE(words.output.find(keys), std::string::npos);
+  const auto track = run_program(folder, "suggest truth.csv --lengths 10 --sigma-m 5 --json");
+  EXPECT_EQ(track.exit_code, 0) << track.errors;
+  EXPECT_EQ(run_program(folder, "suggest plan.toml").exit_code, 2);
 }
 
 TEST(Design, MatchesThePublishedExampleOfUniformMotion) {
