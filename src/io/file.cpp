@@ -61,7 +61,7 @@ std::string read_text(const std::filesystem::path& file) {
   return content;
 }
 
-void write_atomically(const std::filesystem::path& file, std::string_view content) {
+void write_atomically(const std::filesystem::path& file, std::string_view content, Durability durability) {
   std::filesystem::path temporary = file;
   temporary += ".unfinished." + std::to_string(::getpid());
   require(temporary.native().size() < kLongestPath, file.string(), "a path of over 4000 characters",
@@ -75,7 +75,7 @@ void write_atomically(const std::filesystem::path& file, std::string_view conten
     good = count > 0 || (count < 0 && errno == EINTR);
     content.remove_prefix(count > 0 ? static_cast<std::size_t>(count) : 0);
   }
-  good = good && ::fsync(descriptor) == 0;
+  good = good && (durability == Durability::kKill || ::fsync(descriptor) == 0);
   good = (descriptor >= 0 && ::close(descriptor) == 0) && good;
   good = good && ::rename(temporary.c_str(), file.c_str()) == 0;
   if (!good) {
