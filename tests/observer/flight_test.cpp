@@ -244,6 +244,47 @@ TEST(Flight, PublishedLoops) {
   }
 }
 
+/// Lockstep flights are the single flights up to rounding, whatever is measured and weighted.
+TEST(Flight, LanesFlyAsAlone) {
+  using trammel::Packet;
+  PlanProblem general = paper(0.1);
+  general.beta_per_s.y() = 1000.0;
+  FlightSettings angles;
+  angles.measured = BearingKind::kAngles;
+  FlightSettings limited;
+  limited.max_lateral_speed_mps = 4.0;
+  limited.replan_interval_s = 10.0;
+  const std::array<FlightLoop, 5> loops{FlightLoop(paper(10.0), FlightSettings{}),
+                                        FlightLoop(paper(0.0), FlightSettings{}),
+                                        FlightLoop(general, FlightSettings{}), FlightLoop(paper(0.1), angles),
+                                        FlightLoop(paper(10.0), limited)};
+  for (const FlightLoop& loop : loops) {
+    trammel::observer::Vector3<Packet> starts;
+    for (std::size_t lane = 0; lane < Packet::kLanes; ++lane) {
+      const double part = static_cast<double>(lane);
+      // The last one is where its estimate has to be moved back for planning.
+      starts[0].set(lane, lane + 1 == Packet::kLanes ? -7600.0 : -9000.0 - 200.0 * part);
+      starts[1].set(lane, 40.0 + 3.0 * part);
+      starts[2].set(lane, -90.0 - 2.0 * part);
+    }
+    SineNoise noise(true);
+    const auto together = loop.fly_lanes<Packet>(
+        starts, [&] { return noise().cast<Packet>().eval(); }, [](const auto&...) {});
+    for (std::size_t lane = 0; lane < Packet::kLanes; ++lane) {
+      const FlightOutcome alone =
+          loop.fly({starts[0][lane], starts[1][lane], starts[2][lane]}, SineNoise(true));
+      const FlightOutcome& here = together[lane];
+      EXPECT_NEAR(here.error.x(), alone.error.x(), 1e-6 * (1.0 + std::abs(alone.error.x()))) << lane;
+      EXPECT_NEAR(here.miss_m, alone.miss_m, 1e-6 * (1.0 + alone.miss_m)) << lane;
+      EXPECT_NEAR(here.effort_m, alone.effort_m, 1e-6 * alone.effort_m) << lane;
+      EXPECT_NEAR(here.energy, alone.energy, 1e-5 * alone.energy) << lane;
+      EXPECT_EQ(here.moved_back, alone.moved_back) << lane;
+      EXPECT_EQ(here.skipped, alone.skipped) << lane;
+    }
+    EXPECT_GT(together[Packet::kLanes - 1].moved_back, 0);
+  }
+}
+
 TEST(Flight, EventsJoinWhatCoincides) {
   const auto events = trammel::observer::flight_events(1.0, 0.2, 0.3);
   const std::vector<FlightEvent> expected{{0, false, true},   {0.2, true, false}, {0.3, false, true},

@@ -13,22 +13,41 @@
 
 namespace trammel::inline TRAMMEL_ABI {
 
+/// Upper and lower half of a 64-bit product.
+template <class Word>
+struct WideProduct {
+  Word high;
+  Word low;  ///< the upper half of a wider Word is undefined
+};
+
+[[nodiscard]] constexpr WideProduct<std::uint32_t> wide_product(std::uint32_t factor,
+                                                                std::uint32_t word) noexcept {
+  const std::uint64_t product = std::uint64_t{factor} * word;
+  return {static_cast<std::uint32_t>(product >> 32U), static_cast<std::uint32_t>(product)};
+}
+[[nodiscard]] constexpr WideProduct<std::uint64_t> wide_product(std::uint32_t factor,
+                                                                std::uint64_t word) noexcept {
+  constexpr std::uint64_t kLower = 0xFFFFFFFFU;
+  const std::uint64_t product = factor * (word & kLower);
+  return {product >> 32U, product};
+}
+
 /// Philox 4x32 with ten rounds (Salmon, Moraes, Dror, Shaw 2011, "Parallel random numbers: as easy as
-/// 1, 2, 3", section 4.3): four 32-bit words from a 128-bit counter and a 64-bit key.
-[[nodiscard]] constexpr std::array<std::uint32_t, 4> philox4x32(std::array<std::uint32_t, 4> counter,
-                                                                std::array<std::uint32_t, 2> key) noexcept {
+/// 1, 2, 3", section 4.3): four 32-bit words from a 128-bit counter and a 64-bit key. Word: a 32-bit number,
+/// or numbers of 64 bits whose lower halves count and whose upper halves are left undefined.
+template <class Word = std::uint32_t>
+[[nodiscard]] constexpr std::array<Word, 4> philox4x32(std::array<Word, 4> counter,
+                                                       std::array<std::uint32_t, 2> key) noexcept {
   constexpr int kRounds = 10;
-  constexpr std::uint64_t kMultiplier0 = 0xD2511F53U;
-  constexpr std::uint64_t kMultiplier1 = 0xCD9E8D57U;
+  constexpr std::uint32_t kMultiplier0 = 0xD2511F53U;
+  constexpr std::uint32_t kMultiplier1 = 0xCD9E8D57U;
   constexpr std::uint32_t kWeyl0 = 0x9E3779B9U;  // golden ratio
   constexpr std::uint32_t kWeyl1 = 0xBB67AE85U;  // sqrt(3) - 1
   for (int round = 0; round < kRounds; ++round) {
-    const std::uint64_t product0 = kMultiplier0 * counter[0];
-    const std::uint64_t product1 = kMultiplier1 * counter[2];
-    counter = {static_cast<std::uint32_t>(product1 >> 32U) ^ counter[1] ^ key[0],
-               static_cast<std::uint32_t>(product1),
-               static_cast<std::uint32_t>(product0 >> 32U) ^ counter[3] ^ key[1],
-               static_cast<std::uint32_t>(product0)};
+    const WideProduct<Word> product0 = wide_product(kMultiplier0, counter[0]);
+    const WideProduct<Word> product1 = wide_product(kMultiplier1, counter[2]);
+    counter = {product1.high ^ counter[1] ^ Word(key[0]), product1.low,
+               product0.high ^ counter[3] ^ Word(key[1]), product0.low};
     key[0] += kWeyl0;
     key[1] += kWeyl1;
   }

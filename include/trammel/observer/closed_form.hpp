@@ -10,54 +10,100 @@
 #include <Eigen/Core>
 
 #include "trammel/core/config.hpp"
+#include "trammel/core/packet.hpp"
 #include "trammel/observer/plan_problem.hpp"
 #include "trammel/observer/regular_functions.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::observer {
 
-/// Plane rotation from the y, z axes to the two channels in which the problem is diagonal.
-struct ChannelRotation {
-  double cosine = 1.0;
-  double sine = 0.0;
+template <class Real>
+using Vector2 = Eigen::Matrix<Real, 2, 1>;
+template <class Real>
+using Vector3 = Eigen::Matrix<Real, 3, 1>;
+template <class Real>
+using Matrix3 = Eigen::Matrix<Real, 3, 3>;
 
-  [[nodiscard]] Eigen::Vector2d to_channels(const Eigen::Vector2d& yz) const {
+/// Plane rotation from the y, z axes to the two channels in which the problem is diagonal.
+template <class Real>
+struct BasicChannelRotation {
+  Real cosine = 1.0;
+  Real sine = 0.0;
+
+  [[nodiscard]] Vector2<Real> to_channels(const Vector2<Real>& yz) const {
     return {cosine * yz.x() + sine * yz.y(), cosine * yz.y() - sine * yz.x()};
   }
-  [[nodiscard]] Eigen::Vector2d to_axes(const Eigen::Vector2d& channels) const {
+  [[nodiscard]] Vector2<Real> to_axes(const Vector2<Real>& channels) const {
     return {cosine * channels.x() - sine * channels.y(), sine * channels.x() + cosine * channels.y()};
   }
   /// Q diag(d) Q'
-  [[nodiscard]] Eigen::Matrix2d to_axes_matrix(const Eigen::Vector2d& d) const {
-    const double off = cosine * sine * (d.x() - d.y());
-    Eigen::Matrix2d matrix;
+  [[nodiscard]] Eigen::Matrix<Real, 2, 2> to_axes_matrix(const Vector2<Real>& d) const {
+    const Real off = cosine * sine * (d.x() - d.y());
+    Eigen::Matrix<Real, 2, 2> matrix;
     matrix << cosine * cosine * d.x() + sine * sine * d.y(), off, off,
         sine * sine * d.x() + cosine * cosine * d.y();
     return matrix;
   }
 };
 
+using ChannelRotation = BasicChannelRotation<double>;
+
 /// One Jacobi rotation diagonalises a symmetric positive definite 2 x 2 matrix: its inverse is
 /// Q diag(precision) Q'.
-struct ChannelDiagonal {
-  ChannelRotation rotation;
-  Eigen::Vector2d precision;
+template <class Real>
+struct BasicChannelDiagonal {
+  BasicChannelRotation<Real> rotation;
+  Vector2<Real> precision;
 
-  ChannelDiagonal(double s11, double s12, double s22) {
-    double tangent = 0.0;
-    if (s12 != 0.0) {
-      const double ratio = (s22 - s11) / (2.0 * s12);
-      tangent = 1.0 / (ratio + std::copysign(std::sqrt(1.0 + ratio * ratio), ratio));
-      rotation.cosine = 1.0 / std::sqrt(1.0 + tangent * tangent);
-      rotation.sine = -tangent * rotation.cosine;
-    }
-    const double first = s11 - tangent * s12;
-    const double second = s22 + tangent * s12;
-    const double determinant = s11 * s22 - s12 * s12;
+  BasicChannelDiagonal(const Real& s11, const Real& s12, const Real& s22) {
+    using std::copysign;
+    using std::sqrt;
+    const Real difference = s22 - s11;
+    const Real twice = 2.0 * s12;
+    const Real root = sqrt(difference * difference + twice * twice);
+    const Real tangent = select(twice == 0.0, Real(0.0), twice / (difference + copysign(root, difference)));
+    rotation.cosine = 1.0 / sqrt(1.0 + tangent * tangent);
+    rotation.sine = -tangent * rotation.cosine;
+    const Real first = s11 - tangent * s12;
+    const Real second = s22 + tangent * s12;
+    const Real larger = select(first >= second, first, second);
     // The smaller eigenvalue from the determinant: the difference above cancels.
-    precision = first >= second ? Eigen::Vector2d(1.0 / first, first / determinant)
-                                : Eigen::Vector2d(second / determinant, 1.0 / second);
+    const Real by_determinant = larger / (s11 * s22 - s12 * s12);
+    const Real by_larger = 1.0 / larger;
+    precision << select(first >= second, by_larger, by_determinant),
+        select(first >= second, by_determinant, by_larger);
   }
 };
+
+using ChannelDiagonal = BasicChannelDiagonal<double>;
+
+/// A prior as x and what is known of y, z given x.
+///
+/// | symbol   | field         | unit  | meaning                                              |
+/// |----------|---------------|-------|------------------------------------------------------|
+/// | 1/g11    | information_x | 1/m^2 | inverse variance of x                                |
+/// | Bs       | slope_y, _z   | 1     | (gamma_12, gamma_13)/gamma_11: mean of y, z per x    |
+/// | H        | s11, s12, s22 | m^2   | covariance of y, z given x                           |
+template <class Real>
+struct ConditionalPrior {
+  Real information_x;
+  Real slope_y;
+  Real slope_z;
+  Real s11;
+  Real s12;
+  Real s22;
+};
+
+template <class Real>
+[[nodiscard]] ConditionalPrior<Real> conditional_prior(const Matrix3<Real>& covariance) {
+  ConditionalPrior<Real> prior;
+  prior.information_x = 1.0 / covariance(0, 0);
+  prior.slope_y = covariance(1, 0) * prior.information_x;
+  prior.slope_z = covariance(2, 0) * prior.information_x;
+  prior.s11 = covariance(1, 1) - covariance(1, 0) * prior.slope_y;
+  prior.s12 = covariance(2, 1) - covariance(1, 0) * prior.slope_z;
+  prior.s22 = covariance(2, 2) - covariance(2, 0) * prior.slope_z;
+  return prior;
+}
 
 /// A PlanProblem in its natural variables. All 2-vectors are in channel coordinates.
 ///
@@ -70,44 +116,57 @@ struct ChannelDiagonal {
 /// delta  | prior_precision | 1/m^2 | D22 = Q diag(delta) Q': information on y, z at the start              |
 /// | Bs     | prior_slope  | 1     | (gamma_12, gamma_13)/gamma_11 | | e      | offset       | 1     | fm -
 /// Bs                                                                  |
-struct ChannelProblem {
+template <class Real>
+struct BasicChannelProblem {
   double speed = 0.0;
   double sigma = 0.0;
-  double x_start = 0.0;
-  double x_end = 0.0;
-  double span = 0.0;
-  double gain = 0.0;
-  double prior_information = 0.0;  ///< 1/gamma_11
-  ChannelRotation rotation;
-  Eigen::Vector2d tangent_start = Eigen::Vector2d::Zero();
-  Eigen::Vector2d tangent_end = Eigen::Vector2d::Zero();
-  Eigen::Vector2d middle = Eigen::Vector2d::Zero();
-  Eigen::Vector2d half_change = Eigen::Vector2d::Zero();
-  Eigen::Vector2d prior_precision = Eigen::Vector2d::Zero();
-  Eigen::Vector2d prior_slope = Eigen::Vector2d::Zero();
-  Eigen::Vector2d offset = Eigen::Vector2d::Zero();
+  Real x_start = 0.0;
+  Real x_end = 0.0;
+  double inverse_flown = 0.0;  ///< 1/(V T), 1/m
+  Real span = 0.0;
+  Real gain = 0.0;
+  Real prior_information = 0.0;  ///< 1/gamma_11
+  BasicChannelRotation<Real> rotation;
+  Vector2<Real> tangent_start = Vector2<Real>::Zero();
+  Vector2<Real> tangent_end = Vector2<Real>::Zero();
+  Vector2<Real> middle = Vector2<Real>::Zero();
+  Vector2<Real> half_change = Vector2<Real>::Zero();
+  Vector2<Real> prior_precision = Vector2<Real>::Zero();
+  Vector2<Real> prior_slope = Vector2<Real>::Zero();
+  Vector2<Real> offset = Vector2<Real>::Zero();
 
   /// `problem` must be valid (require_valid); nothing is checked here.
-  explicit ChannelProblem(const PlanProblem& problem);
+  explicit BasicChannelProblem(const PlanProblem& problem)
+      : BasicChannelProblem(problem, problem.time_to_go_s, problem.position_m,
+                            conditional_prior(problem.covariance_m2)) {}
+  /// `problem` from another start with another time to go.
+  BasicChannelProblem(const PlanProblem& problem, double time_to_go_s, const Vector3<Real>& position,
+                      const ConditionalPrior<Real>& prior);
 
-  /// Channel with the larger prior precision: its v reaches zero first.
-  [[nodiscard]] int weak_channel() const { return prior_precision.x() >= prior_precision.y() ? 0 : 1; }
+  /// Whether channel 0 has the larger prior precision: its v reaches zero first.
+  [[nodiscard]] MaskOf<Real> first_is_weak() const { return prior_precision.x() >= prior_precision.y(); }
+  [[nodiscard]] int weak_channel() const { return first_is_weak() ? 0 : 1; }
 
   /// v_i = delta_i cos(xi/2) + L sinc(xi/2): positive and decreasing up to xi_1.
-  [[nodiscard]] Eigen::Vector2d stiffness(const Frequency& f) const {
+  [[nodiscard]] Vector2<Real> stiffness(const BasicFrequency<Real>& f) const {
     return {prior_precision.x() * f.cos_half + gain * f.sinc_half,
             prior_precision.y() * f.cos_half + gain * f.sinc_half};
   }
 
-  /// xi_1, the first zero of v of the weak channel, between pi and 2 pi. `hint`: a value near it, or 0.
-  [[nodiscard]] double critical_frequency(double hint = 0.0) const;
+  /// xi_1, the first zero of v of the weak channel, between pi and 2 pi.
+  [[nodiscard]] double critical_frequency() const;
 };
 
+using ChannelProblem = BasicChannelProblem<double>;
+
 /// A member of the family of extremal paths, phi = fm + fd sin(eta)/sin(xi/2) + w (wave of frequency xi).
-struct PathShape {
-  double xi = 0.0;
-  Eigen::Vector2d wave = Eigen::Vector2d::Zero();  ///< w, channel coordinates
+template <class Real>
+struct BasicPathShape {
+  Real xi = 0.0;
+  Vector2<Real> wave = Vector2<Real>::Zero();  ///< w, channel coordinates
 };
+
+using PathShape = BasicPathShape<double>;
 
 /// What a path shape yields; valid for any shape, optimal or not.
 struct PathValue {
@@ -125,9 +184,8 @@ struct PathValue {
                                         const Eigen::Vector2d& wave) {
   const double wave_square = wave.squaredNorm();
   const double change_square = p.half_change.squaredNorm();
-  const double inverse_m2 = 1.0 / (f.sinc_half * f.sinc_half);
   const double variance =
-      wave_square * f.wave_variance() + 2.0 * change_square * f.cubic_remainder * inverse_m2;
+      wave_square * f.wave_variance() + 2.0 * change_square * f.cubic_remainder * f.inverse_square;
   PathValue value;
   value.range_information = p.prior_information + p.gain * variance;
   for (int i = 0; i < 2; ++i) {
@@ -137,47 +195,51 @@ struct PathValue {
     value.range_information += share * p.prior_precision[i] * mean_offset * mean_offset;
   }
   const double xi2 = f.xi * f.xi;
-  const double bending =
-      0.5 * wave_square * xi2 * xi2 * f.cubic_remainder + 4.0 * change_square * f.half_power() * inverse_m2;
+  const double bending = 0.5 * wave_square * xi2 * xi2 * f.cubic_remainder +
+                         4.0 * change_square * f.half_power() * f.inverse_square;
   value.control_energy = p.speed * (bending / p.span - p.x_start * p.tangent_start.squaredNorm() +
                                     p.x_end * p.tangent_end.squaredNorm());
   return value;
 }
 
-inline ChannelProblem::ChannelProblem(const PlanProblem& problem)
+template <class Real>
+BasicChannelProblem<Real>::BasicChannelProblem(const PlanProblem& problem, double time_to_go_s,
+                                               const Vector3<Real>& position,
+                                               const ConditionalPrior<Real>& prior)
     : speed(problem.closing_speed_mps()),
       sigma(problem.sigma0 * std::sqrt(problem.measurement_interval_s)),
-      x_start(problem.position_m.x()),
-      x_end(problem.final_x_m()),
-      span(speed * problem.time_to_go_s / (x_start * x_end)) {
+      x_start(position.x()),
+      x_end(x_start + speed * time_to_go_s),
+      inverse_flown(1.0 / (speed * time_to_go_s)) {
+  const Real inverse_area = 1.0 / (x_start * x_end);
+  span = speed * time_to_go_s * inverse_area;
   // A grid point that rounding puts just behind the end of the flight still belongs to it.
   constexpr double kTimeTolerance = 1e-9;
-  const bool measured = problem.measurement_interval_s <= problem.time_to_go_s * (1.0 + kTimeTolerance);
-  gain = measured ? span / (speed * sigma * sigma) : 0.0;
-  const Eigen::Matrix3d& gamma = problem.covariance_m2;
-  prior_information = 1.0 / gamma(0, 0);
-  const Eigen::Vector2d slope = Eigen::Vector2d(gamma(1, 0), gamma(2, 0)) * prior_information;
-  const double s11 = gamma(1, 1) - gamma(1, 0) * slope.x();
-  const double s12 = gamma(2, 1) - gamma(1, 0) * slope.y();
-  const double s22 = gamma(2, 2) - gamma(2, 0) * slope.y();
-  const ChannelDiagonal diagonal(s11, s12, s22);
+  const bool measured = problem.measurement_interval_s <= time_to_go_s * (1.0 + kTimeTolerance);
+  gain = measured ? span * (1.0 / (speed * sigma * sigma)) : Real(0.0);
+  prior_information = prior.information_x;
+  const BasicChannelDiagonal<Real> diagonal(prior.s11, prior.s12, prior.s22);
   rotation = diagonal.rotation;
   prior_precision = diagonal.precision;
-  prior_slope = rotation.to_channels(slope);
-  tangent_start = rotation.to_channels(problem.position_m.tail<2>() / x_start);
-  tangent_end = rotation.to_channels(problem.terminal_m / x_end);
+  prior_slope = rotation.to_channels({prior.slope_y, prior.slope_z});
+  const Real inverse_start = x_end * inverse_area;
+  const Real inverse_end = x_start * inverse_area;
+  tangent_start = rotation.to_channels({position.y() * inverse_start, position.z() * inverse_start});
+  tangent_end =
+      rotation.to_channels({problem.terminal_m.x() * inverse_end, problem.terminal_m.y() * inverse_end});
   middle = 0.5 * (tangent_start + tangent_end);
   half_change = 0.5 * (tangent_start - tangent_end);
   offset = middle - prior_slope;
 }
 
-inline double ChannelProblem::critical_frequency(double hint) const {
+template <class Real>
+double BasicChannelProblem<Real>::critical_frequency() const {
   // v = 0 means cot(h) = -rho/h with h = xi/2, that is h = pi/2 + atan(rho/h). Newton on the difference,
   // whose slope is at least 1, converges for every rho.
   constexpr int kMaxSteps = 50;
   constexpr double kQuarterTurn = 0.5 * std::numbers::pi;
   const double rho = gain / prior_precision.maxCoeff();
-  double h = hint > 0.0 ? 0.5 * hint : kQuarterTurn + std::atan(rho / kQuarterTurn);
+  double h = kQuarterTurn + std::atan(rho / kQuarterTurn);
   for (int step = 0; step < kMaxSteps; ++step) {
     const double correction = (h - kQuarterTurn - std::atan(rho / h)) / (1.0 + rho / (h * h + rho * rho));
     h -= correction;

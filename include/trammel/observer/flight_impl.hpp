@@ -79,44 +79,29 @@ TRAMMEL_INLINE FlightLoop::FlightLoop(const PlanProblem& prior, const FlightSett
   for (const FlightEvent& event : events_) {
     measurements_ += static_cast<int>(event.measure);
   }
-}
-
-TRAMMEL_INLINE PlanProblem FlightLoop::problem_from(const Eigen::Vector3d& estimate,
-                                                    const Eigen::Matrix3d& covariance, double time_s,
-                                                    bool& moved_back) const {
-  PlanProblem problem = prior_;
-  problem.time_to_go_s = prior_.time_to_go_s - time_s;
-  problem.covariance_m2 = covariance;
-  problem.position_m = estimate;
-  const double limit = -(prior_.closing_speed_mps() * problem.time_to_go_s + settings_.min_final_distance_m);
-  moved_back = !(estimate.x() <= limit);
-  if (moved_back) {
-    problem.position_m.x() = limit;
+  if (single_weight()) {
+    const double limit = largest_planned_x(0.0);
+    const Eigen::Vector3d start(std::fmin(prior.position_m.x(), limit), prior.position_m.y(),
+                                prior.position_m.z());
+    const ChannelProblem channels(prior, prior.time_to_go_s, start, conditional_prior(prior.covariance_m2));
+    first_xi_ = solve_single_weight(channels, prior.beta_per_s.x()).shape.xi;
   }
-  return problem;
 }
 
 TRAMMEL_INLINE Plan FlightLoop::plan_from(const Eigen::Vector3d& estimate, const Eigen::Matrix3d& covariance,
                                           double time_s, bool& moved_back) const {
-  const PlanProblem problem = problem_from(estimate, covariance, time_s, moved_back);
+  PlanProblem problem = prior_;
+  problem.time_to_go_s = prior_.time_to_go_s - time_s;
+  problem.covariance_m2 = covariance;
+  problem.position_m = estimate;
+  const double limit = largest_planned_x(time_s);
+  moved_back = !(estimate.x() <= limit);
+  if (moved_back) {
+    problem.position_m.x() = limit;
+  }
   return std::isfinite(settings_.max_lateral_speed_mps)
              ? fastest_allowed_plan(problem, settings_.max_lateral_speed_mps)
              : make_plan_unchecked(problem);
-}
-
-TRAMMEL_INLINE void FlightLoop::replan(FlightPath& plan, const Eigen::Vector3d& estimate,
-                                       const Eigen::Matrix3d& covariance, double time_s) const {
-  if (std::isfinite(settings_.max_lateral_speed_mps) || prior_.beta_per_s.tail<2>().maxCoeff() > 0.0) {
-    const Plan full = plan_from(estimate, covariance, time_s, plan.moved_back);
-    plan.path = full.path;
-    plan.x_start_m = full.x_start_m;
-    return;
-  }
-  // The path alone, from the previous root: the quantities of a full plan are not needed here.
-  const ChannelProblem channels(problem_from(estimate, covariance, time_s, plan.moved_back));
-  plan.root = solve_single_weight(channels, prior_.beta_per_s.x(), plan.root);
-  plan.path = LateralPath(channels, plan.root.shape);
-  plan.x_start_m = channels.x_start;
 }
 
 }  // namespace trammel::inline TRAMMEL_ABI::observer

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <exception>
@@ -12,6 +13,8 @@
 #include <thread>
 
 #include "trammel/core/error.hpp"
+#include "trammel/core/normal_lanes.hpp"
+#include "trammel/core/packet.hpp"
 #include "trammel/core/random.hpp"
 #include "trammel/observer/monte_carlo.hpp"
 
@@ -32,35 +35,23 @@ struct SpreadSums {
   double variance = 0.0;
 };
 
-/// A source of noise and starts for one run.
-class RunRandom {
- public:
-  RunRandom(std::uint64_t seed, std::int64_t run) : stream_(seed, static_cast<std::uint64_t>(run)) {}
-
-  Eigen::Vector3d start(const FlightLoop& loop, const Eigen::Matrix3d& factor, double largest_x) {
-    constexpr int kMaxDraws = 100000;
-    for (int draw = 0; draw < kMaxDraws; ++draw) {
-      Eigen::Vector3d normal;
-      for (double& value : normal) {
-        value = stream_.normal();
-      }
-      const Eigen::Vector3d start = loop.prior().position_m + factor * normal;
-      if (start.x() <= largest_x) {
-        return start;
-      }
+/// Start of one run.
+[[nodiscard]] inline Eigen::Vector3d draw_start(RandomStream random, const FlightLoop& loop,
+                                                const Eigen::Matrix3d& factor, double largest_x) {
+  constexpr int kMaxDraws = 100000;
+  for (int draw = 0; draw < kMaxDraws; ++draw) {
+    Eigen::Vector3d normal;
+    for (double& value : normal) {
+      value = random.normal();
     }
-    throw Error({"max_start_x_m", std::to_string(largest_x),
-                 "a limit that the prior meets at least once in 100000 draws"});
+    const Eigen::Vector3d start = loop.prior().position_m + factor * normal;
+    if (start.x() <= largest_x) {
+      return start;
+    }
   }
-
-  Eigen::Vector2d operator()() {
-    const double first = stream_.normal();
-    return {first, stream_.normal()};
-  }
-
- private:
-  RandomStream stream_;
-};
+  throw Error({"max_start_x_m", std::to_string(largest_x),
+               "a limit that the prior meets at least once in 100000 draws"});
+}
 
 [[nodiscard]] inline MeanDeviation mean_deviation(const std::vector<double>& values) {
   const auto count = static_cast<double>(values.size());
@@ -96,6 +87,7 @@ class Simulation {
     variance_x_.resize(runs);
     moved_back_.resize(runs);
     skipped_.resize(runs);
+    result_.paths.resize(std::min(runs, static_cast<std::size_t>(std::max(settings.sample_paths, 0))));
     const std::size_t events = loop.events().size();
     const std::size_t stride = (events + kMaxSpreadPoints - 1) / kMaxSpreadPoints;
     for (std::size_t k = 0; k < events; k += stride) {
@@ -142,41 +134,79 @@ class Simulation {
       result_.skipped += skipped_[run];
     }
     collect_spread();
-    const std::int64_t kept = std::min<std::int64_t>(settings_.sample_paths, settings_.runs);
-    for (std::int64_t run = 0; run < kept; ++run) {
-      result_.paths.push_back(sample_path(run));
-    }
     return std::move(result_);
   }
 
  private:
   void fly_block(std::int64_t block) {
-    SpreadSums* const sums = &sums_[static_cast<std::size_t>(block) * moments_.size()];
     const std::int64_t last = std::min(settings_.runs, (block + 1) * kRunsPerBlock);
-    for (std::int64_t run = block * kRunsPerBlock; run < last; ++run) {
-      RunRandom random(settings_.seed, run);
-      const Eigen::Vector3d start = random.start(loop_, factor_, settings_.max_start_x_m);
-      std::size_t event_index = 0;
-      std::size_t moment = 0;
-      const FlightOutcome outcome =
-          loop_.fly(start, random, [&](const FlightEvent&, const Eigen::Vector3d& truth, const auto& filter) {
-            if (moment < moments_.size() && event_index++ == moments_[moment]) {
-              const double error = filter.position().x() - truth.x();
-              sums[moment].error += error;
-              sums[moment].error_square += error * error;
-              sums[moment].variance += filter.variance_x();
-              ++moment;
-            }
-          });
-      const auto index = static_cast<std::size_t>(run);
-      result_.error_x_m[index] = outcome.error.x();
-      result_.miss_m[index] = outcome.miss_m;
-      result_.effort_m[index] = outcome.effort_m;
-      result_.nees[index] = outcome.nees;
-      variance_x_[index] = outcome.covariance(0, 0);
-      moved_back_[index] = static_cast<std::int8_t>(outcome.moved_back > 0);
-      skipped_[index] = outcome.skipped;
+    for (std::int64_t run = block * kRunsPerBlock; run < last;) {
+      if (loop_.settings().filter == FilterKind::kExtendedKalman) {
+        run += fly_lanes<Packet>(block, run, last);
+      } else {
+        run += fly_lanes<double>(block, run, last);
+      }
     }
+  }
+
+  /// Runs from `first` on, as many as Real has lanes, but none from `last` on.
+  template <class Real>
+  std::int64_t fly_lanes(std::int64_t block, std::int64_t first, std::int64_t last) {
+    SpreadSums* const sums = &sums_[static_cast<std::size_t>(block) * moments_.size()];
+    const auto begin = static_cast<std::size_t>(first);
+    const std::size_t count = std::min(static_cast<std::size_t>(last - first), kLanesOf<Real>);
+    // Lanes beyond the last run fly as well; nobody looks at them.
+    Vector3<Real> start;
+    for (std::size_t lane = 0; lane < kLanesOf<Real>; ++lane) {
+      const Eigen::Vector3d drawn =
+          draw_start(RandomStream(settings_.seed, begin + std::min(lane, count - 1)), loop_, factor_,
+                     settings_.max_start_x_m);
+      for (int i = 0; i < 3; ++i) {
+        set_lane(start[i], lane, drawn[i]);
+      }
+    }
+    const std::size_t sampled =
+        begin < result_.paths.size() ? std::min(count, result_.paths.size() - begin) : 0;
+    std::size_t event_index = 0;
+    std::size_t moment = 0;
+    const auto watch = [&](const FlightEvent& event, const Vector3<Real>& truth, const auto& filter) {
+      for (std::size_t lane = 0; lane < sampled; ++lane) {
+        const auto of_lane = [&](const Real& value) { return lane_of(value, lane); };
+        SamplePath& path = result_.paths[begin + lane];
+        path.times_s.push_back(event.time_s);
+        path.truth_m.emplace_back(truth.unaryExpr(of_lane));
+        path.estimate_m.emplace_back(filter.position().unaryExpr(of_lane));
+      }
+      if (moment < moments_.size() && event_index++ == moments_[moment]) {
+        const Real error = filter.position().x() - truth.x();
+        for (std::size_t lane = 0; lane < count; ++lane) {
+          const double of_lane = lane_of(error, lane);
+          sums[moment].error += of_lane;
+          sums[moment].error_square += of_lane * of_lane;
+          sums[moment].variance += lane_of(filter.variance_x(), lane);
+        }
+        ++moment;
+      }
+    };
+    NormalLanes<Real> noise(settings_.seed, begin);
+    std::array<FlightOutcome, kLanesOf<Real>> outcomes;
+    if constexpr (kLanesOf<Real> == 1) {
+      outcomes[0] = loop_.fly(start, noise, watch);
+    } else {
+      outcomes = loop_.fly_lanes<Real>(start, noise, watch);
+    }
+    for (std::size_t lane = 0; lane < count; ++lane) {
+      const FlightOutcome& outcome = outcomes[lane];
+      const std::size_t run = begin + lane;
+      result_.error_x_m[run] = outcome.error.x();
+      result_.miss_m[run] = outcome.miss_m;
+      result_.effort_m[run] = outcome.effort_m;
+      result_.nees[run] = outcome.nees;
+      variance_x_[run] = outcome.covariance(0, 0);
+      moved_back_[run] = static_cast<std::int8_t>(outcome.moved_back > 0);
+      skipped_[run] = outcome.skipped;
+    }
+    return static_cast<std::int64_t>(count);
   }
 
   void collect_spread() {
@@ -198,19 +228,6 @@ class Simulation {
       point.rms_predicted_x_m = std::sqrt(total.variance / count);
       result_.spread.push_back(point);
     }
-  }
-
-  [[nodiscard]] SamplePath sample_path(std::int64_t run) const {
-    RunRandom random(settings_.seed, run);
-    SamplePath path;
-    const Eigen::Vector3d start = random.start(loop_, factor_, settings_.max_start_x_m);
-    (void)loop_.fly(start, random,
-                    [&](const FlightEvent& event, const Eigen::Vector3d& truth, const auto& filter) {
-                      path.times_s.push_back(event.time_s);
-                      path.truth_m.push_back(truth);
-                      path.estimate_m.push_back(filter.position());
-                    });
-    return path;
   }
 
   const FlightLoop& loop_;

@@ -3,12 +3,15 @@
 /// Optimal path of a bearings-only observer with a certified lower bound.
 #pragma once
 
+#include <cstddef>
 #include <limits>
 #include <string_view>
 
 #include <Eigen/Core>
 
 #include "trammel/core/config.hpp"
+#include "trammel/core/elementary.hpp"
+#include "trammel/core/packet.hpp"
 #include "trammel/observer/closed_form.hpp"
 #include "trammel/observer/plan_problem.hpp"
 
@@ -17,18 +20,107 @@ namespace trammel::inline TRAMMEL_ABI::observer {
 /// A path across OX as a function of x, relative to the beacon:
 ///   (y, z) = x phi,  phi = fm + fd sin(eta)/sin(xi/2) + 2 w sin(xi r/2) sin(xi (1 - r)/2),
 ///   r = (1/x - 1/a)/ds (1 at the start, 0 at the end), eta = xi (r - 1/2).
-class LateralPath {
+template <class Real>
+class PathCurve {
  public:
-  LateralPath() = default;
-  LateralPath(const ChannelProblem& problem, const PathShape& shape);
+  PathCurve() = default;
+  PathCurve(const BasicChannelProblem<Real>& problem, const BasicPathShape<Real>& shape);
 
   /// (y, z) at x, x_start <= x <= x_end, m.
-  [[nodiscard]] Eigen::Vector2d position(double x) const {
-    double ramp = 0.0;
-    double wave = 0.0;
+  [[nodiscard]] Vector2<Real> position(const Real& x) const {
+    Real ramp;
+    Real wave;
     basis(x, ramp, wave);
-    return x * (middle_ + ramp * half_change_ + wave * wave_);
+    return {x * (middle_.x() + ramp * half_change_.x() + wave * wave_.x()),
+            x * (middle_.y() + ramp * half_change_.y() + wave * wave_.y())};
   }
+  /// Takes over one lane from another path.
+  void set_lane(std::size_t lane, const PathCurve<double>& path);
+
+ protected:
+  void basis(const Real& x, Real& ramp, Real& wave) const;
+
+  Real start_ = -1.0;
+  Real end_ = -1.0;
+  Real scale_start_ = 0.0;  ///< 1/(x0 ds)
+  Real scale_end_ = 0.0;    ///< 1/(a ds)
+  Real half_xi_ = 0.0;
+  Real sin_ = 0.0;  ///< of half_xi_
+  Real cos_ = 1.0;
+  Real inverse_sin_ = 0.0;  ///< 0: straight to every digit
+  Vector2<Real> middle_ = Vector2<Real>::Zero();
+  Vector2<Real> half_change_ = Vector2<Real>::Zero();
+  Vector2<Real> wave_ = Vector2<Real>::Zero();
+
+  template <class Other>
+  friend class PathCurve;
+};
+
+template <class Real>
+PathCurve<Real>::PathCurve(const BasicChannelProblem<Real>& problem, const BasicPathShape<Real>& shape)
+    : start_(problem.x_start),
+      end_(problem.x_end),
+      scale_start_(problem.inverse_flown * problem.x_end),
+      scale_end_(problem.inverse_flown * problem.x_start),
+      half_xi_(0.5 * shape.xi),
+      middle_(problem.rotation.to_axes(problem.middle)),
+      half_change_(problem.rotation.to_axes(problem.half_change)),
+      wave_(problem.rotation.to_axes(shape.wave)) {
+  // Below this the ratio of sines is the straight line in every digit, and would underflow further down.
+  constexpr double kStraight = 1e-100;
+  const SineCosine<Real> turn = sine_cosine(half_xi_);
+  sin_ = turn.sine;
+  cos_ = turn.cosine;
+  const MaskOf<Real> straight = shape.xi < kStraight;
+  inverse_sin_ = select(straight, Real(0.0), 1.0 / select(straight, Real(1.0), sin_));
+}
+
+template <class Real>
+void PathCurve<Real>::basis(const Real& x, Real& ramp, Real& wave) const {
+  // From this half phase on the addition theorem is exact enough for the second pair of sines.
+  constexpr double kAddition = 0.05;
+  const Real inverse_x = 1.0 / x;
+  const Real r = (end_ - x) * inverse_x * scale_end_;
+  const SineCosine<Real> first = sine_cosine<Real>(half_xi_ * r);
+  SineCosine<Real> second{sin_ * first.cosine - cos_ * first.sine, cos_ * first.cosine + sin_ * first.sine};
+  const MaskOf<Real> slow = half_xi_ < kAddition;
+  if (any(slow)) {
+    const Real rest = (x - start_) * inverse_x * scale_start_;
+    const SineCosine<Real> direct = sine_cosine<Real>(half_xi_ * rest);
+    second = {select(slow, direct.sine, second.sine), select(slow, direct.cosine, second.cosine)};
+    ramp = select(inverse_sin_ == 0.0, r - rest,
+                  (first.sine * second.cosine - first.cosine * second.sine) * inverse_sin_);
+  } else {
+    ramp = (first.sine * second.cosine - first.cosine * second.sine) * inverse_sin_;
+  }
+  wave = 2.0 * first.sine * second.sine;
+}
+
+template <class Real>
+void PathCurve<Real>::set_lane(std::size_t lane, const PathCurve<double>& path) {
+  using trammel::set_lane;
+  set_lane(start_, lane, path.start_);
+  set_lane(end_, lane, path.end_);
+  set_lane(scale_start_, lane, path.scale_start_);
+  set_lane(scale_end_, lane, path.scale_end_);
+  set_lane(half_xi_, lane, path.half_xi_);
+  set_lane(sin_, lane, path.sin_);
+  set_lane(cos_, lane, path.cos_);
+  set_lane(inverse_sin_, lane, path.inverse_sin_);
+  for (int i = 0; i < 2; ++i) {
+    set_lane(middle_[i], lane, path.middle_[i]);
+    set_lane(half_change_[i], lane, path.half_change_[i]);
+    set_lane(wave_[i], lane, path.wave_[i]);
+  }
+}
+
+/// The path of a plan, with its speed.
+class LateralPath : public PathCurve<double> {
+ public:
+  LateralPath() = default;
+  LateralPath(const ChannelProblem& problem, const PathShape& shape)
+      : PathCurve(problem, shape), speed_(problem.speed) {}
+
   /// (y', z') at x, m/s.
   [[nodiscard]] Eigen::Vector2d velocity(double x) const;
   /// Largest |(y', z') + offset| along the path, m/s, to rounding: the extrema are where the velocity is
@@ -36,37 +128,11 @@ class LateralPath {
   [[nodiscard]] double max_speed(const Eigen::Vector2d& offset = Eigen::Vector2d::Zero()) const;
 
  private:
-  /// From this half phase on the addition theorem is exact enough for the second pair of sines.
-  static constexpr double kAddition = 0.05;
-
-  void basis(double x, double& ramp, double& wave) const {
-    const double r = (end_ - x) / (x * end_) * inverse_span_;
-    const double rest = (x - start_) / (x * start_) * inverse_span_;
-    const double s1 = std::sin(half_xi_ * r);
-    const double c1 = std::cos(half_xi_ * r);
-    double s2 = sin_ * c1 - cos_ * s1;
-    double c2 = cos_ * c1 + sin_ * s1;
-    if (half_xi_ < kAddition) {
-      s2 = std::sin(half_xi_ * rest);
-      c2 = std::cos(half_xi_ * rest);
-    }
-    ramp = straight_ ? r - rest : (s1 * c2 - c1 * s2) * inverse_sin_;
-    wave = 2.0 * s1 * s2;
-  }
-  [[nodiscard]] double x_at(double r) const { return 1.0 / (1.0 / end_ + r / inverse_span_); }
+  [[nodiscard]] bool straight() const { return inverse_sin_ == 0.0; }
+  [[nodiscard]] double x_at(double r) const { return 1.0 / (1.0 / end_ + r / inverse_span()); }
+  [[nodiscard]] double inverse_span() const { return scale_end_ * end_; }
 
   double speed_ = 0.0;
-  double start_ = -1.0;
-  double end_ = -1.0;
-  double inverse_span_ = 0.0;
-  double half_xi_ = 0.0;
-  double sin_ = 0.0;  ///< of half_xi_
-  double cos_ = 1.0;
-  double inverse_sin_ = 0.0;
-  bool straight_ = true;
-  Eigen::Vector2d middle_ = Eigen::Vector2d::Zero();
-  Eigen::Vector2d half_change_ = Eigen::Vector2d::Zero();
-  Eigen::Vector2d wave_ = Eigen::Vector2d::Zero();
 };
 
 /// What is known about a plan's optimality.

@@ -12,31 +12,15 @@
 
 namespace trammel::inline TRAMMEL_ABI::observer {
 
-TRAMMEL_INLINE LateralPath::LateralPath(const ChannelProblem& problem, const PathShape& shape)
-    : speed_(problem.speed),
-      start_(problem.x_start),
-      end_(problem.x_end),
-      inverse_span_(1.0 / problem.span),
-      half_xi_(0.5 * shape.xi),
-      sin_(std::sin(half_xi_)),
-      cos_(std::cos(half_xi_)),
-      middle_(problem.rotation.to_axes(problem.middle)),
-      half_change_(problem.rotation.to_axes(problem.half_change)),
-      wave_(problem.rotation.to_axes(shape.wave)) {
-  // Below this the ratio of sines is the straight line in every digit, and would underflow further down.
-  constexpr double kStraight = 1e-100;
-  straight_ = shape.xi < kStraight;
-  inverse_sin_ = straight_ ? 0.0 : 1.0 / sin_;
-}
-
 TRAMMEL_INLINE Eigen::Vector2d LateralPath::velocity(double x) const {
   double ramp = 0.0;
   double wave = 0.0;
   basis(x, ramp, wave);
-  const double r = (end_ - x) / (x * end_) * inverse_span_;
+  const double r = (end_ - x) / x * scale_end_;
   const double eta = 2.0 * half_xi_ * (r - 0.5);
-  const double ramp_slope = inverse_span_ * (straight_ ? 2.0 : 2.0 * half_xi_ * inverse_sin_ * std::cos(eta));
-  const double wave_slope = -2.0 * half_xi_ * inverse_span_ * std::sin(eta);
+  const double ramp_slope =
+      inverse_span() * (straight() ? 2.0 : 2.0 * half_xi_ * inverse_sin_ * std::cos(eta));
+  const double wave_slope = -2.0 * half_xi_ * inverse_span() * std::sin(eta);
   return speed_ * (middle_ + (ramp - ramp_slope / x) * half_change_ + (wave - wave_slope / x) * wave_);
 }
 
@@ -46,10 +30,10 @@ TRAMMEL_INLINE double LateralPath::max_speed(const Eigen::Vector2d& offset) cons
   constexpr int kBisections = 60;
   // d|u|^2/ds is proportional to u . (phi - B) and phi - B to phi_ss; the sign of the factor is constant.
   const auto direction = [&](double x) -> double {
-    const double eta = 2.0 * half_xi_ * ((end_ - x) / (x * end_) * inverse_span_ - 0.5);
+    const double eta = 2.0 * half_xi_ * ((end_ - x) / x * scale_end_ - 0.5);
     const Eigen::Vector2d bend =
-        straight_ ? Eigen::Vector2d::Zero().eval()
-                  : (std::sin(eta) * inverse_sin_ * half_change_ + std::cos(eta) * wave_).eval();
+        straight() ? Eigen::Vector2d::Zero().eval()
+                   : (std::sin(eta) * inverse_sin_ * half_change_ + std::cos(eta) * wave_).eval();
     return (velocity(x) + offset).dot(bend);
   };
   double largest = 0.0;

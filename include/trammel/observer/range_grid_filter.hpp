@@ -46,6 +46,8 @@ class RangeGridFilter {
   /// Posterior covariance.
   [[nodiscard]] const Eigen::Matrix3d& covariance() const { return covariance_; }
   [[nodiscard]] double variance_x() const { return covariance_(0, 0); }
+  /// The covariance as a prior for the next plan.
+  [[nodiscard]] ConditionalPrior<double> prior() const { return conditional_prior(covariance_); }
   /// Largest x at the start that the posterior may hold (e.g. known from how the flight was ordered); call
   /// before the first update.
   void restrict_start(double largest_x_m);

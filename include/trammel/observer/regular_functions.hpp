@@ -5,10 +5,11 @@
 #pragma once
 
 #include <array>
-#include <cmath>
 #include <cstddef>
 
 #include "trammel/core/config.hpp"
+#include "trammel/core/elementary.hpp"
+#include "trammel/core/packet.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::observer {
 
@@ -36,11 +37,11 @@ constexpr SeriesCoefficients series_coefficients(std::size_t first, std::size_t 
 }
 
 /// Horner's rule in `square` = t^2 with the first `Terms` terms.
-template <std::size_t Terms = kSeriesTerms>
-constexpr double evaluate_series(const SeriesCoefficients& coefficients, double square) noexcept {
-  static_assert(Terms <= kSeriesTerms);
-  double sum = 0.0;
-  for (std::size_t i = Terms; i-- > 0;) {
+template <std::size_t Terms = kSeriesTerms, class Real>
+[[gnu::always_inline]] inline Real evaluate_series(const SeriesCoefficients& coefficients,
+                                                   const Real& square) noexcept {
+  Real sum = coefficients[Terms - 1];
+  for (std::size_t i = Terms - 1; i-- > 0;) {
     sum = sum * square + coefficients[i];
   }
   return sum;
@@ -66,70 +67,82 @@ inline constexpr SeriesCoefficients kTangentSlope =
 /// | sinc            | sin(xi)/xi                                       | 1     |
 /// | cubic_remainder | (xi - sin xi)/xi^3                               | 1/6   |
 /// | drop_half       | (sinc(xi/2) - cos(xi/2))/(xi/2)^2                | 1/3   |
-struct Frequency {
-  double xi;
-  double cos_half;
-  double sin_half;
-  double sinc_half;
-  double sinc;
-  double cubic_remainder;
-  double drop_half;
+/// | inverse         | 1/xi                                             | 1     |
+/// | inverse_square  | 1/sinc(xi/2)^2                                   | 1     |
+template <class Real>
+struct BasicFrequency {
+  Real xi;
+  Real cos_half;
+  Real sin_half;
+  Real sinc_half;
+  Real sinc;
+  Real cubic_remainder;
+  Real drop_half;
+  Real inverse;
+  Real inverse_square;
 
-  explicit Frequency(double frequency) noexcept : xi(frequency) {
-    // Above this the direct formulas lose less than one digit; below it these terms reach full precision.
-    constexpr double kSeriesLimit = 1.0;
+  [[gnu::always_inline]] explicit BasicFrequency(const Real& frequency) noexcept : xi(frequency) {
     constexpr std::size_t kTermsToOne = 8;
     constexpr std::size_t kTermsToHalf = 7;
-    const double half = 0.5 * xi;
-    cos_half = std::cos(half);
-    sin_half = std::sin(half);
-    sinc_half = xi > 0.0 ? sin_half / half : 1.0;
+    const Real half = 0.5 * xi;
+    const SineCosine<Real> turn = sine_cosine(half);
+    cos_half = turn.cosine;
+    sin_half = turn.sine;
+    const MaskOf<Real> still = xi == 0.0;
+    inverse = 1.0 / select(still, Real(1.0), xi);
+    sinc_half = select(still, Real(1.0), sin_half * 2.0 * inverse);
     sinc = sinc_half * cos_half;
-    if (xi < kSeriesLimit) {
-      cubic_remainder = detail::evaluate_series<kTermsToOne>(detail::kCubicRemainder, xi * xi);
-      drop_half = detail::evaluate_series<kTermsToHalf>(detail::kSincMinusCos, half * half);
-    } else {
-      cubic_remainder = (1.0 - sinc) / (xi * xi);
-      drop_half = (sinc_half - cos_half) / (half * half);
-    }
+    inverse_square = 1.0 / (sinc_half * sinc_half);
+    const MaskOf<Real> small = xi < kSeriesLimit;
+    cubic_remainder = choose(
+        small, [&] { return detail::evaluate_series<kTermsToOne>(detail::kCubicRemainder, xi * xi); },
+        [&] { return (1.0 - sinc) * (inverse * inverse); });
+    drop_half = choose(
+        small, [&] { return detail::evaluate_series<kTermsToHalf>(detail::kSincMinusCos, half * half); },
+        [&] { return (sinc_half - cos_half) * (4.0 * inverse * inverse); });
   }
 
   /// cos(xi)
-  [[nodiscard]] double cos() const noexcept { return 1.0 - 2.0 * sin_half * sin_half; }
+  [[nodiscard]] Real cos() const noexcept { return 1.0 - 2.0 * sin_half * sin_half; }
   /// sinc(xi/2) - cos(xi/2): mean of the unit wave.
-  [[nodiscard]] double wave_mean() const noexcept { return 0.25 * xi * xi * drop_half; }
+  [[nodiscard]] Real wave_mean() const noexcept { return 0.25 * xi * xi * drop_half; }
   /// (1 + sinc xi)/2
-  [[nodiscard]] double half_power() const noexcept { return 0.5 * (1.0 + sinc); }
+  [[nodiscard]] Real half_power() const noexcept { return 0.5 * (1.0 + sinc); }
   /// (1 + sinc xi)/2 - sinc(xi/2)^2: variance of the unit wave, xi^4/720 for small xi.
-  [[nodiscard]] double wave_variance() const noexcept {
-    constexpr double kSeriesLimit = 2.0;  // the direct formula loses 3 digits at 1
-    if (xi < kSeriesLimit) {
-      const double square = xi * xi;
-      return square * square * detail::evaluate_series(detail::kWaveVariance, square);
-    }
-    return half_power() - sinc_half * sinc_half;
+  [[nodiscard]] Real wave_variance() const noexcept {
+    constexpr double kVarianceSeriesLimit = 2.0;  // the direct formula loses 3 digits at 1
+    const Real square = xi * xi;
+    return choose(
+        xi < kVarianceSeriesLimit,
+        [&] { return square * square * detail::evaluate_series(detail::kWaveVariance, square); },
+        [&] { return half_power() - sinc_half * sinc_half; });
   }
   /// d sinc(xi/2)/d xi
-  [[nodiscard]] double sinc_half_slope() const noexcept { return -0.25 * xi * drop_half; }
+  [[nodiscard]] Real sinc_half_slope() const noexcept { return -0.25 * xi * drop_half; }
   /// d half_power/d xi = (cos xi - sinc xi)/(2 xi)
-  [[nodiscard]] double half_power_slope() const noexcept {
-    constexpr double kSeriesLimit = 1.0;
-    if (xi < kSeriesLimit) {
-      return -0.5 * xi * detail::evaluate_series(detail::kSincMinusCos, xi * xi);
-    }
-    return (cos() - sinc) / (2.0 * xi);
+  [[nodiscard]] Real half_power_slope() const noexcept {
+    return choose(
+        xi < kSeriesLimit,
+        [&] { return -0.5 * xi * detail::evaluate_series(detail::kSincMinusCos, xi * xi); },
+        [&] { return 0.5 * (cos() - sinc) * inverse; });
   }
   /// Derivative of (xi - sin xi)/(1 - cos xi): 1/3 at 0.
-  [[nodiscard]] double tangent_slope() const noexcept {
-    constexpr double kSeriesLimit = 1.0;
-    const double square = sinc_half * sinc_half;
-    if (xi < kSeriesLimit) {
-      return 4.0 * detail::evaluate_series(detail::kTangentSlope, xi * xi) / (square * square);
-    }
-    const double double_versine = 4.0 * sin_half * sin_half;
-    const double versine = 0.5 * double_versine;
-    return (double_versine - xi * xi * sinc) / (versine * versine);
+  [[nodiscard]] Real tangent_slope() const noexcept {
+    // 1 - cos xi = xi^2 sinc(xi/2)^2/2
+    const Real scale = 4.0 * inverse_square * inverse_square;
+    return choose(
+        xi < kSeriesLimit, [&] { return scale * detail::evaluate_series(detail::kTangentSlope, xi * xi); },
+        [&] {
+          const Real inverse2 = inverse * inverse;
+          return scale * (4.0 * sin_half * sin_half - xi * xi * sinc) * (inverse2 * inverse2);
+        });
   }
+
+ private:
+  /// Above this the direct formulas lose less than one digit; below it few terms reach full precision.
+  static constexpr double kSeriesLimit = 1.0;
 };
+
+using Frequency = BasicFrequency<double>;
 
 }  // namespace trammel::inline TRAMMEL_ABI::observer

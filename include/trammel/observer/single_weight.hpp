@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <Eigen/Core>
 
@@ -39,57 +40,63 @@ struct SingleWeightRoot {
 namespace detail {
 
 /// q(xi) and q'(xi).
+template <class Real>
 struct SecularValue {
-  double value = 0.0;
-  double slope = 0.0;
+  Real value;
+  Real slope;
 };
 
-inline SecularValue secular(const ChannelProblem& p, const Frequency& f) {
-  const double m = f.sinc_half;
-  const double n = f.half_power();
-  const double m_slope = f.sinc_half_slope();
-  const double n_slope = f.half_power_slope();
-  const Eigen::Vector2d v = p.stiffness(f);
-  double sum = 0.0;
-  double sum_slope = 0.0;
+template <class Real>
+[[nodiscard, gnu::always_inline]] inline SecularValue<Real> secular(const BasicChannelProblem<Real>& p,
+                                                                    const BasicFrequency<Real>& f) {
+  const Real m = f.sinc_half;
+  const Real n = f.half_power();
+  const Real m_slope = f.sinc_half_slope();
+  const Real n_slope = f.half_power_slope();
+  const Vector2<Real> v = p.stiffness(f);
+  Real sum = 0.0;
+  Real sum_slope = 0.0;
   for (int i = 0; i < 2; ++i) {
-    if (p.offset[i] == 0.0) {
-      continue;
-    }
-    const double delta = p.prior_precision[i];
-    const double inverse = 1.0 / v[i];
-    const double scaled = p.offset[i] * inverse;
-    const double weight = scaled * scaled * delta;
-    const double top = p.gain * m * m + delta * n;
-    const double v_slope = -0.5 * delta * f.sin_half + p.gain * m_slope;
+    const Real delta = p.prior_precision[i];
+    // A channel without offset adds nothing, not even where v vanishes.
+    const MaskOf<Real> still = p.offset[i] == 0.0;
+    const Real inverse = 1.0 / select(still, Real(1.0), v[i]);
+    const Real scaled = p.offset[i] * inverse;
+    const Real weight = scaled * scaled * delta;
+    const Real top = p.gain * m * m + delta * n;
+    const Real v_slope = -0.5 * delta * f.sin_half + p.gain * m_slope;
     sum += weight * top;
     sum_slope += weight * (2.0 * p.gain * m * m_slope + delta * n_slope - 2.0 * top * v_slope * inverse);
   }
-  const double change = p.half_change.squaredNorm();
-  const double factor = p.prior_information + p.gain * (sum + 2.0 * change * f.cubic_remainder / (m * m));
+  const Real change = p.half_change.squaredNorm();
+  const Real factor =
+      p.prior_information + p.gain * (sum + 2.0 * change * f.cubic_remainder * f.inverse_square);
   return {f.xi * factor,
           p.prior_information + p.gain * (sum + f.xi * sum_slope + change * f.tangent_slope())};
 }
 
 /// F2 of any wave amplitude at a given frequency, as coefficients of the square of t in w = fixed + t
 /// direction.
+template <class Real>
 struct AmplitudeQuadratic {
-  double constant = 0.0;
-  double linear = 0.0;
-  double square = 0.0;
+  Real constant = 0.0;
+  Real linear = 0.0;
+  Real square = 0.0;
 };
 
-inline AmplitudeQuadratic amplitude_quadratic(const ChannelProblem& p, const Frequency& f,
-                                              const Eigen::Vector2d& fixed,
-                                              const Eigen::Vector2d& direction) {
-  const double n = f.half_power();
-  AmplitudeQuadratic quadratic;
-  quadratic.constant = p.prior_information + 2.0 * p.gain * p.half_change.squaredNorm() * f.cubic_remainder /
-                                                 (f.sinc_half * f.sinc_half);
+template <class Real>
+[[nodiscard]] AmplitudeQuadratic<Real> amplitude_quadratic(const BasicChannelProblem<Real>& p,
+                                                           const BasicFrequency<Real>& f,
+                                                           const Vector2<Real>& fixed,
+                                                           const Vector2<Real>& direction) {
+  const Real n = f.half_power();
+  AmplitudeQuadratic<Real> quadratic;
+  quadratic.constant =
+      p.prior_information + 2.0 * p.gain * p.half_change.squaredNorm() * f.cubic_remainder * f.inverse_square;
   for (int i = 0; i < 2; ++i) {
-    const double delta = p.prior_precision[i];
-    const double rest = p.offset[i] - f.cos_half * fixed[i];
-    const double turn = f.cos_half * direction[i];
+    const Real delta = p.prior_precision[i];
+    const Real rest = p.offset[i] - f.cos_half * fixed[i];
+    const Real turn = f.cos_half * direction[i];
     quadratic.constant += delta * rest * rest + p.gain * n * fixed[i] * fixed[i];
     quadratic.linear += 2.0 * (p.gain * n * fixed[i] * direction[i] - delta * rest * turn);
     quadratic.square += delta * turn * turn + p.gain * n * direction[i] * direction[i];
@@ -98,15 +105,16 @@ inline AmplitudeQuadratic amplitude_quadratic(const ChannelProblem& p, const Fre
 }
 
 /// Larger root of quadratic(t) = level; 0 when the quadratic stays above it.
-inline double larger_root(const AmplitudeQuadratic& quadratic, double level) {
-  const double constant = quadratic.constant - level;
-  const double half = 0.5 * quadratic.linear;
-  const double discriminant = half * half - quadratic.square * constant;
-  if (!(discriminant > 0.0)) {
-    return 0.0;
-  }
-  const double root = std::sqrt(discriminant);
-  return half <= 0.0 ? (root - half) / quadratic.square : -constant / (half + root);
+template <class Real>
+[[nodiscard]] Real larger_root(const AmplitudeQuadratic<Real>& quadratic, const Real& level) {
+  using std::sqrt;
+  const Real constant = quadratic.constant - level;
+  const Real half = 0.5 * quadratic.linear;
+  const Real discriminant = half * half - quadratic.square * constant;
+  const MaskOf<Real> crossed = discriminant > 0.0;
+  const Real root = sqrt(select(crossed, discriminant, Real(1.0)));
+  return select(crossed, select(half <= 0.0, (root - half) / quadratic.square, -constant / (half + root)),
+                Real(0.0));
 }
 
 /// Below this part of delta + L, v has lost the digits that delta e/v would need: it cancels, and near 2 pi
@@ -114,80 +122,122 @@ inline double larger_root(const AmplitudeQuadratic& quadratic, double level) {
 inline constexpr double kSingularStiffness = 1e-7;
 
 /// Wave amplitude at the root; where v vanishes, from the quadratic F2(xi, w) = rhs/xi.
-inline Eigen::Vector2d wave_at_root(const ChannelProblem& p, const Frequency& f, double right_hand_side) {
-  const Eigen::Vector2d v = p.stiffness(f);
-  Eigen::Vector2d fixed = Eigen::Vector2d::Zero();
-  Eigen::Vector2d direction = Eigen::Vector2d::Zero();
-  bool singular = false;
+template <class Real>
+[[nodiscard]] Vector2<Real> wave_at_root(const BasicChannelProblem<Real>& p, const BasicFrequency<Real>& f,
+                                         const Real& right_hand_side) {
+  using std::sqrt;
+  const Vector2<Real> v = p.stiffness(f);
+  Vector2<Real> fixed;
+  Vector2<Real> direction;
+  MaskOf<Real> singular = f.xi < 0.0;  // none
   for (int i = 0; i < 2; ++i) {
-    const double force = p.prior_precision[i] * p.offset[i];
-    const double scale = p.prior_precision[i] + p.gain;
-    if (v[i] >= kSingularStiffness * scale) {
-      fixed[i] = force / v[i];
-    } else {
-      singular = true;
-      // Channels of equal delta share v: the direction is that of e. The floor keeps rounding from deciding.
-      direction[i] = force / std::fmax(v[i], std::numeric_limits<double>::epsilon() * scale);
-    }
+    const Real force = p.prior_precision[i] * p.offset[i];
+    const Real scale = p.prior_precision[i] + p.gain;
+    const MaskOf<Real> stiff = v[i] >= kSingularStiffness * scale;
+    // Channels of equal delta share v: the direction is that of e. The floor keeps rounding from deciding.
+    const Real floor = std::numeric_limits<double>::epsilon() * scale;
+    const Real share = force / select(stiff, v[i], select(v[i] > floor, v[i], floor));
+    fixed[i] = select(stiff, share, Real(0.0));
+    direction[i] = select(stiff, Real(0.0), share);
+    singular = singular || !stiff;
   }
-  if (!singular) {
+  if (!any(singular)) {
     return fixed;
   }
-  const double length = direction.norm();
-  if (length > 0.0) {
-    direction /= length;
-  } else {
-    direction[p.weak_channel()] = 1.0;
+  const Real length = sqrt(direction.squaredNorm());
+  const MaskOf<Real> pulled = length > 0.0;
+  const MaskOf<Real> first = p.first_is_weak();
+  direction << select(pulled, direction.x() / length, select(first, Real(1.0), Real(0.0))),
+      select(pulled, direction.y() / length, select(first, Real(0.0), Real(1.0)));
+  const Real amplitude = larger_root(amplitude_quadratic(p, f, fixed, direction), right_hand_side / f.xi);
+  for (int i = 0; i < 2; ++i) {
+    fixed[i] += select(singular, amplitude * direction[i], Real(0.0));
   }
-  const double amplitude = larger_root(amplitude_quadratic(p, f, fixed, direction), right_hand_side / f.xi);
-  return fixed + amplitude * direction;
+  return fixed;
+}
+
+/// Root of the secular equation.
+template <class Real>
+struct SecularRoot {
+  Real xi;
+  int evaluations;
+};
+
+/// Newton's method from `start` inside the bracket from 0 to `limit` >= xi_1, on 1/sqrt(q), which the double
+/// pole at xi_1 makes nearly linear, or on q where it rises slowly; the step from where |q/rhs - 1| <
+/// `settled` is the last. Every problem converges (at most about 60 evaluations, typically 4 to 6).
+template <class Real>
+[[nodiscard]] SecularRoot<Real> secular_root(const BasicChannelProblem<Real>& problem,
+                                             const Real& right_hand_side, const Real& start,
+                                             const Real& limit, double settled) {
+  using std::abs;
+  using std::sqrt;
+  constexpr int kMaxEvaluations = 200;
+  constexpr double kSteep = 2.0;  // slope in logarithms; 1 for small xi
+  MaskOf<Real> moving = right_hand_side > 0.0;
+  const Real level = select(moving, right_hand_side, Real(1.0));
+  const Real inverse_level = 1.0 / level;
+  const Real none = 0.0;
+  SecularRoot<Real> root{select(moving, start, none), 0};
+  Real low = 0.0;
+  Real high = limit;
+  while (any(moving) && root.evaluations < kMaxEvaluations) {
+    ++root.evaluations;
+    const BasicFrequency<Real> f(root.xi);
+    const SecularValue<Real> q = secular(problem, f);
+    const Vector2<Real> v = problem.stiffness(f);
+    const Real ratio = q.value * inverse_level;
+    const MaskOf<Real> inside = v.x() > 0.0 && v.y() > 0.0;  // else beyond xi_1
+    const MaskOf<Real> below = inside && ratio < 1.0;
+    low = select(below, root.xi, low);
+    high = select(below, high, root.xi);
+    const MaskOf<Real> steep = root.xi * q.slope > kSteep * q.value;
+    const Real change =
+        select(steep, 2.0 * q.value * (1.0 - sqrt(ratio)), right_hand_side - q.value) / q.slope;
+    const Real newton = root.xi + change;
+    const MaskOf<Real> near = inside && abs(ratio - 1.0) < settled;
+    // Where rounding leads the last step out of the bracket, x is the root.
+    const Real middle = select(near, root.xi, low + 0.5 * (high - low));
+    const Real next = select(inside && newton > low && newton < high, newton, middle);
+    const MaskOf<Real> between = next > low && next < high;
+    root.xi = select(moving && between, next, root.xi);
+    moving = moving && between && !near;
+  }
+  return root;
 }
 
 }  // namespace detail
 
-/// Finds the root for `beta` >= 0. Newton's method on 1/sqrt(q), which the double pole at xi_1 makes nearly
-/// linear, inside a bracket; every problem converges (at most about 60 evaluations, typically 4 to 6).
-/// `hint`: the solution of a similar problem (the previous plan of a flight), which saves some of them.
-inline SingleWeightRoot solve_single_weight(const ChannelProblem& problem, double beta,
-                                            const SingleWeightRoot& hint = {}) {
+/// Finds the root for `beta` >= 0 to rounding.
+inline SingleWeightRoot solve_single_weight(const ChannelProblem& problem, double beta) {
   // Residual below which the next step would be rounding.
   constexpr double kResidual = 4e-15;
-  constexpr int kMaxEvaluations = 200;
   SingleWeightRoot root;
-  root.critical = problem.critical_frequency(hint.critical);
+  root.critical = problem.critical_frequency();
   const double right_hand_side = problem.sigma * problem.gain * std::sqrt(beta);
-  if (right_hand_side > 0.0) {
-    double low = 0.0;
-    double high = root.critical;
-    double x = hint.shape.xi;
-    if (!(x > 0.0 && x < high)) {
-      const double slope_at_zero = detail::secular(problem, Frequency(0.0)).slope;
-      x = std::fmin(right_hand_side / slope_at_zero, 0.5 * root.critical);
-    }
-    for (root.evaluations = 1; root.evaluations <= kMaxEvaluations; ++root.evaluations) {
-      const detail::SecularValue q = detail::secular(problem, Frequency(x));
-      const double ratio = q.value / right_hand_side;
-      if (std::abs(ratio - 1.0) < kResidual) {
-        break;
-      }
-      if (ratio < 1.0) {
-        low = x;
-      } else {
-        high = x;
-      }
-      double next = x + 2.0 * q.value * (1.0 - std::sqrt(ratio)) / q.slope;
-      if (!(next > low && next < high)) {
-        next = low + 0.5 * (high - low);
-        if (!(next > low && next < high)) {
-          break;
-        }
-      }
-      x = next;
-    }
-    root.shape.xi = x;
-  }
-  root.shape.wave = detail::wave_at_root(problem, Frequency(root.shape.xi), right_hand_side);
+  const double slope_at_zero = detail::secular(problem, Frequency(0.0)).slope;
+  const double start = std::fmin(right_hand_side / slope_at_zero, 0.5 * root.critical);
+  const detail::SecularRoot<double> found =
+      detail::secular_root(problem, right_hand_side, start, root.critical, kResidual);
+  root.evaluations = found.evaluations;
+  root.shape.xi = found.xi;
+  root.shape.wave = detail::wave_at_root(problem, Frequency(found.xi), right_hand_side);
   return root;
+}
+
+/// The shape for `beta` >= 0 from the frequency of a similar problem, like that of the plan before in a
+/// flight: positive if beta is.
+template <class Real>
+[[nodiscard]] BasicPathShape<Real> follow_single_weight(const BasicChannelProblem<Real>& problem, double beta,
+                                                        const Real& similar_xi) {
+  // Newton's last step squares it and leaves less than 1e-7 of xi, next to which no flight differs visibly.
+  constexpr double kSettled = 3e-4;
+  const Real right_hand_side = problem.sigma * std::sqrt(beta) * problem.gain;
+  BasicPathShape<Real> shape;
+  shape.xi =
+      detail::secular_root(problem, right_hand_side, similar_xi, Real(2.0 * std::numbers::pi), kSettled).xi;
+  shape.wave = detail::wave_at_root(problem, BasicFrequency<Real>(shape.xi), right_hand_side);
+  return shape;
 }
 
 }  // namespace trammel::inline TRAMMEL_ABI::observer
