@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 /// @file
-/// The observer's optimal control problem solved without any of its theory: piecewise constant controls,
-/// Gauss quadrature of the information, limited-memory BFGS. Its cost is that of a feasible path, so it can
-/// approach the optimum only from above.
+/// The observer's optimal control problem solved without any of its theory: piecewise constant controls and
+/// limited-memory BFGS. Its cost is that of a feasible path, so it approaches the optimum only from above.
+///
+/// While the control is constant, the tangents are linear in s = 1/x and dt/x^2 = -ds/V: two Gauss points in
+/// s give the information of a step exactly, however close the beacon. The steps are equal in s, which
+/// resolves the path's waves.
 #pragma once
 
 #include <algorithm>
@@ -21,21 +24,51 @@ namespace trammel::test {
 
 class DirectTranscription {
  public:
+  using Extended = long double;
+  using ExtendedMatrix = Eigen::Matrix<Extended, 3, 3>;
+
   DirectTranscription(const observer::PlanProblem& problem, int steps)
       : problem_(problem),
         steps_(steps),
-        step_(problem.time_to_go_s / steps),
-        prior_(problem.covariance_m2.inverse()) {}
+        inverse_x_(static_cast<std::size_t>(steps) + 1),
+        step_(steps),
+        root_step_(2 * steps),
+        prior_(problem.covariance_m2.cast<Extended>().inverse()) {
+    const double first = 1.0 / problem.position_m.x();
+    const double last = 1.0 / problem.final_x_m();
+    for (int k = 0; k <= steps; ++k) {
+      inverse_x_[static_cast<std::size_t>(k)] = first + (last - first) * k / steps;
+    }
+    for (int k = 0; k < steps; ++k) {
+      const auto i = static_cast<std::size_t>(k);
+      step_[k] =
+          (inverse_x_[i] - inverse_x_[i + 1]) / (inverse_x_[i] * inverse_x_[i + 1] * problem.speed_mps);
+      root_step_.segment<2>(2 * k).setConstant(std::sqrt(step_[k]));
+    }
+  }
 
-  /// Controls of a straight flight plus a sine weave of `periods` half waves.
+  /// Controls (times the roots of their durations) of a straight flight plus a weave of `half_waves`.
   [[nodiscard]] Eigen::VectorXd weave(double amplitude_mps, double direction, int half_waves) const {
-    Eigen::VectorXd u = Eigen::VectorXd::Zero(2 * steps_);
+    Eigen::VectorXd u(2 * steps_);
     for (int k = 0; k < steps_; ++k) {
       const double wave = amplitude_mps * std::cos(std::numbers::pi * half_waves * (k + 0.5) / steps_);
       u[2 * k] = wave * std::cos(direction);
       u[2 * k + 1] = wave * std::sin(direction);
     }
-    return project(u);
+    return project(u.cwiseProduct(root_step_));
+  }
+
+  /// Mean controls of a given path, times the roots of the steps' durations.
+  template <class Path>
+  [[nodiscard]] Eigen::VectorXd from_path(const Path& path) const {
+    Eigen::VectorXd u(2 * steps_);
+    Eigen::Vector2d before = problem_.position_m.tail<2>();
+    for (int k = 0; k < steps_; ++k) {
+      const Eigen::Vector2d after = path.position(1.0 / inverse_x_[static_cast<std::size_t>(k) + 1]);
+      u.segment<2>(2 * k) = (after - before) / step_[k];
+      before = after;
+    }
+    return project(u.cwiseProduct(root_step_));
   }
 
   /// Local minimum from `u`; returns the cost.
@@ -53,8 +86,7 @@ class DirectTranscription {
         alphas[i] = moves[i].dot(direction) / moves[i].dot(changes[i]);
         direction -= alphas[i] * changes[i];
       }
-      direction *=
-          moves.empty() ? 0.5 / step_ : moves.back().dot(changes.back()) / changes.back().squaredNorm();
+      direction *= moves.empty() ? 0.5 : moves.back().dot(changes.back()) / changes.back().squaredNorm();
       for (std::size_t i = 0; i < moves.size(); ++i) {
         direction += (alphas[i] - changes[i].dot(direction) / moves[i].dot(changes[i])) * moves[i];
       }
@@ -63,7 +95,7 @@ class DirectTranscription {
       bool moved = false;
       for (int halving = 0; halving < 40 && slope < 0.0; ++halving, length *= 0.5) {
         Eigen::VectorXd next_gradient;
-        const Eigen::VectorXd next = u + length * direction;
+        const Eigen::VectorXd next = project(u + length * direction);
         const double next_cost = evaluate(next, next_gradient);
         if (next_cost <= cost + 1e-4 * length * slope) {
           const Eigen::VectorXd move = next - u;
@@ -91,95 +123,107 @@ class DirectTranscription {
   }
 
  private:
+  /// The part of `u` along the controls that shift the end point of one axis.
+  [[nodiscard]] double along(const Eigen::VectorXd& u, int axis) const {
+    double sum = 0.0;
+    for (int k = 0; k < steps_; ++k) {
+      sum += u[2 * k + axis] * root_step_[2 * k + axis];
+    }
+    return sum / step_.sum();
+  }
+  void shift(Eigen::VectorXd& u, int axis, double change) const {
+    for (int k = 0; k < steps_; ++k) {
+      u[2 * k + axis] += change * root_step_[2 * k + axis];
+    }
+  }
+
   /// Shifts the controls so that the end point is met.
   [[nodiscard]] Eigen::VectorXd project(Eigen::VectorXd u) const {
-    const Eigen::Vector2d goal =
-        (problem_.terminal_m - problem_.position_m.tail<2>()) / problem_.time_to_go_s;
+    const Eigen::Vector2d goal = (problem_.terminal_m - problem_.position_m.tail<2>()) / step_.sum();
     for (int axis = 0; axis < 2; ++axis) {
-      double mean = 0.0;
-      for (int k = 0; k < steps_; ++k) {
-        mean += u[2 * k + axis] / steps_;
-      }
-      for (int k = 0; k < steps_; ++k) {
-        u[2 * k + axis] += goal[axis] - mean;
-      }
+      shift(u, axis, goal[axis] - along(u, axis));
     }
     return u;
   }
 
   /// Cost and its gradient within the controls that meet the end point.
-  double evaluate(const Eigen::VectorXd& u, Eigen::VectorXd& gradient) const {
-    constexpr std::array<double, 4> kNodes{0.06943184420297371, 0.33000947820757187, 0.6699905217924281,
-                                           0.9305681557970263};
-    constexpr std::array<double, 4> kWeights{0.17392742256872692, 0.32607257743127307, 0.32607257743127307,
-                                             0.17392742256872692};
-    const double variance = problem_.sigma0 * problem_.sigma0 * problem_.measurement_interval_s;
+  double evaluate(const Eigen::VectorXd& scaled, Eigen::VectorXd& gradient) const {
+    constexpr std::array<double, 2> kNodes{0.21132486540518713, 0.7886751345948129};
+    const double noise = problem_.sigma0 * problem_.sigma0 * problem_.measurement_interval_s;
     const double speed = problem_.speed_mps;
-    Eigen::Matrix3d information = prior_;
+    Eigen::Vector2d mean = Eigen::Vector2d::Zero();
     Eigen::Vector2d position = problem_.position_m.tail<2>();
-    std::vector<Eigen::Vector2d> starts(static_cast<std::size_t>(steps_));
+    // At the Gauss points, two per step.
+    std::vector<Eigen::Vector2d> tangents(2 * static_cast<std::size_t>(steps_));
+    const auto node = [&](int k, std::size_t g) {
+      const auto i = static_cast<std::size_t>(k);
+      return inverse_x_[i] + kNodes[g] * (inverse_x_[i + 1] - inverse_x_[i]);
+    };
+    const auto flown = [&](int k, double s) {
+      const double s0 = inverse_x_[static_cast<std::size_t>(k)];
+      return (s0 - s) / (s * s0 * speed);  // time since the start of the step
+    };
+    const double weight = 0.5 * (inverse_x_.front() - inverse_x_.back()) / (steps_ * speed * noise);
     for (int k = 0; k < steps_; ++k) {
-      starts[static_cast<std::size_t>(k)] = position;
-      for (std::size_t g = 0; g < 4; ++g) {
-        const double x = problem_.position_m.x() + speed * step_ * (k + kNodes[g]);
-        const Eigen::Vector2d tangent = (position + u.segment<2>(2 * k) * step_ * kNodes[g]) / x;
-        const double weight = step_ * kWeights[g] / (x * x * variance);
-        information(0, 0) += weight * tangent.squaredNorm();
-        information(1, 0) -= weight * tangent.x();
-        information(2, 0) -= weight * tangent.y();
-        information(1, 1) += weight;
-        information(2, 2) += weight;
+      const Eigen::Vector2d u = scaled.segment<2>(2 * k) / root_step_[2 * k];
+      for (std::size_t g = 0; g < 2; ++g) {
+        const double s = node(k, g);
+        const Eigen::Vector2d tangent = (position + u * flown(k, s)) * s;
+        tangents[2 * static_cast<std::size_t>(k) + g] = tangent;
+        mean += tangent / (2.0 * steps_);
       }
-      position += u.segment<2>(2 * k) * step_;
+      position += u * step_[k];
     }
-    information(0, 1) = information(1, 0);
-    information(0, 2) = information(2, 0);
-    const Eigen::Matrix3d covariance = information.inverse();
+    // In the coordinates x, y - mean x, z - mean x the flight's information is diagonal and nothing cancels.
+    double variance = 0.0;
+    for (Eigen::Vector2d& tangent : tangents) {
+      tangent -= mean;
+      variance += tangent.squaredNorm();
+    }
+    ExtendedMatrix shear = ExtendedMatrix::Identity();
+    shear.block<2, 1>(1, 0) = mean.cast<Extended>();
+    ExtendedMatrix information = shear.transpose() * prior_ * shear;
+    information(0, 0) += weight * variance;
+    information(1, 1) += 2.0 * weight * steps_;
+    information(2, 2) += 2.0 * weight * steps_;
+    const ExtendedMatrix covariance = information.inverse();
+    const ExtendedMatrix beta = shear.transpose() * problem_.beta_per_s.cast<Extended>().asDiagonal() * shear;
     // d tr(beta Gamma) = -tr(W dD), W = Gamma beta Gamma.
-    const Eigen::Matrix3d w = covariance * problem_.beta_per_s.asDiagonal() * covariance;
+    const Eigen::Matrix3d w = (covariance * beta * covariance).cast<double>();
     gradient.resize(2 * steps_);
     Eigen::Vector2d later =
         Eigen::Vector2d::Zero();  // derivative with respect to the position after this step
     for (int k = steps_ - 1; k >= 0; --k) {
-      Eigen::Vector2d by_control = later * step_;
-      Eigen::Vector2d by_position = later;
-      for (std::size_t g = 0; g < 4; ++g) {
-        const double x = problem_.position_m.x() + speed * step_ * (k + kNodes[g]);
-        const Eigen::Vector2d tangent =
-            (starts[static_cast<std::size_t>(k)] + u.segment<2>(2 * k) * step_ * kNodes[g]) / x;
-        const double weight = step_ * kWeights[g] / (x * x * variance);
-        const Eigen::Vector2d by_tangent = -2.0 * weight * (w(0, 0) * tangent - w.col(0).tail<2>());
-        by_position += by_tangent / x;
-        by_control += by_tangent / x * step_ * kNodes[g];
+      Eigen::Vector2d by_control = later * step_[k];
+      for (std::size_t g = 0; g < 2; ++g) {
+        const double s = node(k, g);
+        const Eigen::Vector2d by_tangent =
+            -2.0 * weight * (w(0, 0) * tangents[2 * static_cast<std::size_t>(k) + g] - w.col(0).tail<2>());
+        later += by_tangent * s;
+        by_control += by_tangent * (s * flown(k, s));
       }
-      gradient.segment<2>(2 * k) = by_control + 2.0 * step_ * u.segment<2>(2 * k);
-      later = by_position;
+      gradient.segment<2>(2 * k) = by_control / root_step_[2 * k] + 2.0 * scaled.segment<2>(2 * k);
     }
     for (int axis = 0; axis < 2; ++axis) {
-      double mean = 0.0;
-      for (int k = 0; k < steps_; ++k) {
-        mean += gradient[2 * k + axis] / steps_;
-      }
-      for (int k = 0; k < steps_; ++k) {
-        gradient[2 * k + axis] -= mean;
-      }
+      shift(gradient, axis, -along(gradient, axis));
     }
-    return problem_.beta_per_s.dot(covariance.diagonal()) + step_ * u.squaredNorm();
+    return static_cast<double>((beta * covariance).trace()) + scaled.squaredNorm();
   }
 
   observer::PlanProblem problem_;
   int steps_;
-  double step_;
-  Eigen::Matrix3d prior_;
+  std::vector<double> inverse_x_;  ///< at the ends of the steps, 1/m
+  Eigen::VectorXd step_;           ///< durations, s
+  Eigen::VectorXd root_step_;      ///< their roots, once per axis
+  ExtendedMatrix prior_;
 };
 
-/// Best of several starts.
-inline double best_direct_cost(const observer::PlanProblem& problem, int steps) {
-  const DirectTranscription direct(problem, steps);
+/// Best of several starts at a vehicle's `speed`.
+inline double best_direct_cost(const DirectTranscription& direct, double speed_mps) {
   double best = direct.minimise(direct.weave(0.0, 0.0, 1));
   for (const double amplitude : {0.02, 0.2}) {
     for (int quarter = 0; quarter < 4; ++quarter) {
-      best = std::min(best, direct.minimise(direct.weave(amplitude * problem.speed_mps,
+      best = std::min(best, direct.minimise(direct.weave(amplitude * speed_mps,
                                                          (0.5 * std::numbers::pi) * quarter + 0.4, 1)));
     }
   }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
 #include <iostream>
 
 #include <gtest/gtest.h>
@@ -20,16 +19,7 @@ using trammel::observer::make_plan;
 using trammel::observer::Plan;
 using trammel::observer::PlanProblem;
 using trammel::observer::PlanStatus;
-
-std::uint64_t test_seed() {
-  static const std::uint64_t seed = [] {
-    const char* given = std::getenv("TRAMMEL_TEST_SEED");  // tries others
-    const std::uint64_t drawn = given != nullptr ? std::strtoull(given, nullptr, 10) : 2011;
-    std::cout << "seed " << drawn << "\n";
-    return drawn;
-  }();
-  return seed;
-}
+using trammel::test::test_seed;
 
 bool is_finite(const Plan& plan) {
   return std::isfinite(plan.cost) && std::isfinite(plan.lower_bound) && plan.information.allFinite() &&

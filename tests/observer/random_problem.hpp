@@ -5,6 +5,8 @@
 
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
+#include <iostream>
 
 #include <Eigen/Core>
 
@@ -12,6 +14,17 @@
 #include "trammel/observer/plan_problem.hpp"
 
 namespace trammel::test {
+
+/// Seed of the random problems; TRAMMEL_TEST_SEED tries others.
+inline std::uint64_t test_seed() {
+  static const std::uint64_t seed = [] {
+    const char* given = std::getenv("TRAMMEL_TEST_SEED");
+    const std::uint64_t drawn = given != nullptr ? std::strtoull(given, nullptr, 10) : 2011;
+    std::cout << "seed " << drawn << "\n";
+    return drawn;
+  }();
+  return seed;
+}
 
 /// 10^u, u uniform between the exponents.
 inline double log_uniform(RandomStream& random, double low, double high) {
