@@ -364,8 +364,8 @@ TEST(Bearing, JacobiansMatchDifferences) {
     const auto measured = trammel::observer::bearing(kind, position);
     for (int j = 0; j < 3; ++j) {
       const Eigen::Vector3d h = 0.01 * Eigen::Vector3d::Unit(j);
-      const Eigen::Vector2d difference = (trammel::observer::bearing_value(kind, position + h) -
-                                          trammel::observer::bearing_value(kind, position - h)) /
+      const Eigen::Vector2d difference = (trammel::observer::bearing_value<double>(kind, position + h) -
+                                          trammel::observer::bearing_value<double>(kind, position - h)) /
                                          0.02;
       EXPECT_LT((difference - measured.J_bearing_position.col(j)).norm(), 1e-12);
     }

@@ -31,8 +31,8 @@ template <class Real, class... Rest>
 
 }  // namespace detail
 
-/// Sine and cosine of an angle of up to a hundred thousand turns, rad, to about one unit in the last place,
-/// or 1e-26 next to their zeros. Reduced to an eighth turn around 0 in two parts (Cody and Waite 1980), then
+/// Sine and cosine of an angle of up to a hundred thousand turns, rad, to 1.5 units in the last place, or
+/// 1e-26 next to their zeros. Reduced to an eighth turn around 0 in two parts (Cody and Waite 1980), then
 /// the minimax polynomials of fdlibm's k_sin.c and k_cos.c (Sun Microsystems 1993).
 template <class Real>
 [[nodiscard, gnu::always_inline]] inline SineCosine<Real> sine_cosine(const Real& angle) noexcept {
