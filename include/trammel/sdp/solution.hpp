@@ -139,13 +139,13 @@ using DimacsErrors = std::array<double, 6>;
 
 /// Answer to a Problem. Not computed: NaN or empty.
 ///
-/// | symbol | field      | shape       | meaning |
-/// |--------|------------|-------------|---------------------------------------------------------------------|
-/// | x      | x          | m           | variables of (P) | | X      | slack      | block       | sum x_i F_i
-/// - F_0 up to err3, positive definite                     | | Y      | multiplier | block       | variables
-/// of (D), positive definite on semidefinite blocks          | | -      | ray_x      | m           | where
-/// dual infeasible: c'x = -1, sum x_i F_i in K up to violation   | | -      | ray_y      | block       |
-/// where primal infeasible: <F_0, Y> = 1, <F_i, Y> = 0 up to violation |
+/// | symbol | field      | shape | meaning                                                                |
+/// |--------|------------|-------|------------------------------------------------------------------------|
+/// | x      | x          | m     | variables of (P)                                                       |
+/// | X      | slack      | block | sum x_i F_i - F_0 up to err3, positive definite up to err4             |
+/// | Y      | multiplier | block | variables of (D), positive definite up to err2 on semidefinite blocks  |
+/// | -      | ray_x      | m     | where dual infeasible: c'x = -1, sum x_i F_i in K up to violation      |
+/// | -      | ray_y      | block | where primal infeasible: <F_0, Y> = 1, <F_i, Y> = 0 up to violation    |
 struct Solution {
   Status status = Status::kNumericalTrouble;
   Precision precision = Precision::kDouble;  ///< numbers the answer was computed with

@@ -28,11 +28,15 @@ namespace trammel::inline TRAMMEL_ABI::sdp {
 /// starting point and centring as in Toh, Todd, Tutuncu (1999); step length by Lanczos as in Toh (2002).
 /// Before solving, dense blocks are split into the connected components of their sparsity pattern and
 /// opposite rows of diagonal blocks become equations. Dependent constraints are dropped by the factorisation
-/// of B, whose solutions are refined against B itself. Where rounding errors stop the progress and the
-/// problem is small, the solver starts again in double-double numbers. Guarantee: the error measures of the
-/// result are computed from the returned x, X, Y and the problem as given; infeasibility is only reported
-/// with a ray whose violation was checked. The same input gives the same bits. Cost: per iteration O(m^3 +
-/// m^2 n + m n^3) at worst, far less for sparse F_i; memory m^2 + O(n^2) per block.
+/// of B, whose solutions are refined against B itself; in small problems B is factorised through M with
+/// B = M'M where its condition exceeds the digits at hand. Where (D) has no interior points, x would grow
+/// without end: the iteration then stays on the path of costs c + r with a residual r below the tolerance, up
+/// to where c'x = <F_0, Y>, and moves Y to the nearest point with <F_i, Y> = c_i. Such optima are attained up
+/// to the tolerance only, and depend on it. Where rounding errors stop the progress all the same and the
+/// problem is small, the solver goes on in double-double numbers. Guarantee: the error measures of the result
+/// are computed from the returned x, X, Y and the problem as given; infeasibility is only reported with a ray
+/// whose violation was checked. The same input gives the same bits. Cost: per iteration O(m^3 + m^2 n + m n^3)
+/// at worst, far less for sparse F_i; memory m^2 + O(n^2) per block.
 [[nodiscard]] Solution solve(const Problem& problem, const Settings& settings = {},
                              const ProgressObserver& observe = {});
 

@@ -174,7 +174,7 @@ inline std::pair<Outcome, Precision> run_passes(const Model& model, const Settin
                                                 const ProgressObserver& observe) {
   constexpr double kSmallProblem = 5e8;  // operations that take seconds in double-double numbers
   if (settings.precision == Precision::kDoubleDouble) {
-    return {run_double_double(model, settings, observe), Precision::kDoubleDouble};
+    return {run_double_double(model, settings, observe, {}), Precision::kDoubleDouble};
   }
   Outcome outcome = run_double(model, settings, observe);
   const bool trouble =
@@ -182,7 +182,7 @@ inline std::pair<Outcome, Precision> run_passes(const Model& model, const Settin
   if (settings.precision == Precision::kDouble || !trouble || operations(model) > kSmallProblem) {
     return {std::move(outcome), Precision::kDouble};
   }
-  Outcome again = run_double_double(model, settings, observe);
+  Outcome again = run_double_double(model, settings, observe, outcome.sound);
   again.iterations += outcome.iterations;
   again.assembly_s += outcome.assembly_s;
   again.factor_s += outcome.factor_s;
@@ -280,9 +280,9 @@ TRAMMEL_INLINE Solution solve(const Problem& problem, const Settings& settings,
   Solution solution;
   solution.status = outcome.status;
   solution.precision = precision;
-  solution.x = std::move(outcome.x);
-  solution.slack = detail::expand(problem, model, outcome.slack);
-  solution.multiplier = detail::expand(problem, model, outcome.multiplier);
+  solution.x = std::move(outcome.best.x);
+  solution.slack = detail::expand(problem, model, outcome.best.slack);
+  solution.multiplier = detail::expand(problem, model, outcome.best.multiplier);
   if (const Eigen::Index i = detail::unconstrained_variable(problem); i >= 0) {
     solution.status = Status::kDualInfeasible;
     solution.x = Eigen::VectorXd::Zero(problem.cost.size());

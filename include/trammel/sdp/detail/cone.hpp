@@ -22,23 +22,24 @@ enum class Side { kX, kY };
 /// A symmetric cone with its part of the coefficients F_i and of the iterate (X, Y). All `add_` functions add
 /// to vectors over the variables; a Schur matrix receives each pair (i, j) once, in either triangle.
 ///
-/// | operation            | formula |
-/// |----------------------|------------------------------------------------------------------------------------|
-/// | start                | X = Y = multiples of the identity | | update_residual      | D = sum x_i F_i -
-/// F_0 - X                                                           | | factorise            | prepares X^-1
-/// and the factors of X and Y; false: not in the interior                | | add_adjoint_y        | out_i +=
-/// scale <F_i, Y>                                                             | | add_schur            | B_ij
-/// += <F_i, X^-1 F_j Y>                                                           | | add_gram             |
-/// G_ij += <F_i, F_j>                                                                  | | subtract_from_y |
-/// Y -= sum z_i F_i                                                                    | | smallest_y |
-/// lambda_min(Y), any number >= 0 where that is positive                               | | begin_direction |
-/// out_i += <F_i, mu X^-1 - Y - sym(X^-1 (D Y + [dX dY]))>, [] only in the corrector   | | finish_direction
-/// | dX = D + sum dx_i F_i, dY = mu X^-1 - Y - sym(X^-1 (dX Y + [..]))                   | | refine_direction
-/// | dX += sum dx_i F_i, dY -= sym(X^-1 (sum dx_i F_i) Y)                                | | add_adjoint_dy
-/// | out_i += scale <F_i, dY>                                                            | | max_step |
-/// largest a with X + a dX (or Y + a dY) in the cone, a little less, or infinity       | | step | X += a dX
-/// or Y += a dY                                                              | | inner_product        | <X,
-/// Y>; after_step: <X + a dX, Y + b dY>                                            |
+/// | operation        | formula                                                                             |
+/// |------------------|-------------------------------------------------------------------------------------|
+/// | start            | X = Y = multiples of the identity                                                   |
+/// | update_residual  | D = sum x_i F_i - F_0 - X                                                           |
+/// | factorise        | prepares X^-1 and the factors of X and Y; false: not in the interior                |
+/// | add_adjoint_y    | out_i += scale <F_i, Y>                                                             |
+/// | add_schur        | B_ij += <F_i, X^-1 F_j Y>                                                           |
+/// | fill_root        | rows of M with B = M'M, `root_rows` of them from `first` on                         |
+/// | add_gram         | G_ij += <F_i, F_j>                                                                  |
+/// | subtract_from_y  | Y -= sum z_i F_i                                                                    |
+/// | smallest_y       | lambda_min(Y), any number >= 0 where that is positive                               |
+/// | begin_direction  | out_i += <F_i, mu X^-1 - Y - sym(X^-1 (D Y + [dX dY]))>, [] only in the corrector   |
+/// | finish_direction | dX = D + sum dx_i F_i, dY = mu X^-1 - Y - sym(X^-1 (dX Y + [..]))                   |
+/// | refine_direction | dX += sum dx_i F_i, dY -= sym(X^-1 (sum dx_i F_i) Y)                                |
+/// | add_adjoint_dy   | out_i += scale <F_i, dY>                                                            |
+/// | max_step         | largest a with X + a dX (or Y + a dY) in the cone, a little less, or infinity       |
+/// | step             | X += a dX or Y += a dY                                                              |
+/// | inner_product    | <X, Y>; after_step: <X + a dX, Y + b dY>                                            |
 template <class C>
 concept Cone = requires(C cone, const C& constant, const VectorOf<typename C::Scalar>& x,
                         VectorOf<typename C::Scalar>& out, MatrixOf<typename C::Scalar>& schur,
@@ -47,6 +48,8 @@ concept Cone = requires(C cone, const C& constant, const VectorOf<typename C::Sc
   { cone.factorise() } -> std::same_as<bool>;
   constant.add_adjoint_y(out, a);
   cone.add_schur(schur);
+  cone.fill_root(Eigen::Index{0}, schur);
+  { constant.root_rows() } -> std::same_as<Eigen::Index>;
   cone.add_gram(schur);
   cone.subtract_from_y(x);
   { cone.smallest_y() } -> std::same_as<double>;

@@ -81,6 +81,25 @@ class DenseCone {
 
   void add_schur(Matrix& schur) { schur_.add(x_inverse_, y_, schur); }
 
+  [[nodiscard]] Eigen::Index root_rows() const { return n_ * n_; }
+
+  /// Rows of M with M'M = B: the column of F_i holds Lx^-1 F_i Ly, X = Lx Lx', Y = Ly Ly'.
+  void fill_root(Eigen::Index first, Matrix& root) {
+    const Matrix right = factor_y_.template triangularView<Eigen::Lower>();
+    for (std::size_t k = 0; k < coefficients_.count(); ++k) {
+      work_.setZero(n_, n_);
+      for (std::size_t e = coefficients_.start[k]; e < coefficients_.start[k + 1]; ++e) {
+        add_entry(e, Scalar(1), work_);
+      }
+      add_to_root(right, first, coefficients_.variable[k], root);
+    }
+    for (std::size_t t = 0; t < low_rank_.size(); ++t) {
+      work_.setZero(n_, n_);
+      add_low_rank(t, Scalar(1), work_);
+      add_to_root(right, first, low_rank_[t].variable, root);
+    }
+  }
+
   void add_gram(Matrix& gram) {
     const Matrix identity = Matrix::Identity(n_, n_);
     schur_.add(identity, identity, gram);
@@ -232,11 +251,21 @@ class DenseCone {
       }
     }
     for (std::size_t t = 0; t < low_rank_.size(); ++t) {
-      const VectorOf<Scalar> weights =
-          x[low_rank_[t].variable] * low_rank_[t].weights.template cast<Scalar>();
-      const Matrix scaled = vectors_[t] * weights.asDiagonal();
-      Dense::add_product_nt(scaled, vectors_[t], Scalar(1), out);
+      add_low_rank(t, x[low_rank_[t].variable], out);
     }
+  }
+
+  void add_low_rank(std::size_t t, Scalar factor, Matrix& out) const {
+    const VectorOf<Scalar> weights = factor * low_rank_[t].weights.template cast<Scalar>();
+    const Matrix scaled = vectors_[t] * weights.asDiagonal();
+    Dense::add_product_nt(scaled, vectors_[t], Scalar(1), out);
+  }
+
+  /// Adds Lx^-1 F Ly, F in work_, to the column of a variable.
+  void add_to_root(const Matrix& right, Eigen::Index first, int variable, Matrix& root) {
+    multiply(work_, right, product_);
+    multiply(factor_x_, product_, work_);
+    root.col(variable).segment(first, n_ * n_) += work_.reshaped();
   }
 
   /// out = a b for a symmetric b with the sparsity of X.

@@ -60,6 +60,17 @@ class DiagonalCone {
     }
   }
 
+  [[nodiscard]] Eigen::Index root_rows() const { return size(); }
+
+  void fill_root(Eigen::Index first, Matrix& root) const {
+    using std::sqrt;
+    for (const DiagonalEntry& e : data_.entries) {
+      if (e.variable != kConstant) {
+        root(first + e.row, e.variable) = Scalar(e.value) * sqrt(y_[e.row] / x_[e.row]);
+      }
+    }
+  }
+
   void add_gram(Matrix& gram) const {
     for (Eigen::Index r = 0; r < size(); ++r) {
       add_row_products(r, Scalar(1), gram);

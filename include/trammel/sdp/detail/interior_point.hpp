@@ -44,17 +44,22 @@ class InteriorPoint {
     }
   }
 
-  /// The algorithm.
-  [[nodiscard]] Outcome run() {
-    start();
+  /// The algorithm, from the iterate given or from multiples of the identity.
+  [[nodiscard]] Outcome run(const Start* from = nullptr) {
+    start(from);
     for (iteration_ = 0;; ++iteration_) {
       measure();
+      keep_landmarks();
+      if (close_gap()) {
+        return finish(Status::kOptimal);
+      }
       search_last_step();
       if (const std::optional<Status> reason = reason_to_stop()) {
         if (*reason != Status::kNumericalTrouble || !change_strategy()) {
           return finish(*reason);
         }
       }
+      choose_treatment();
       if (!build_schur_system()) {
         return finish(Status::kNumericalTrouble);
       }
@@ -67,6 +72,18 @@ class InteriorPoint {
 
  private:
   enum class Order { kFirst, kSecond };
+  /// Where the feasible Y have no interior, x grows without end as <F_i, Y> = c_i is approached, and
+  /// rounding errors with it. kRegularised leaves the small residual r that is reached: the problem with
+  /// costs c + r has interior points on both sides, and its path bounded x. `close_gap` makes r vanish.
+  enum class Aim { kSolution, kRegularised };
+  struct Iterate {
+    Vector x;
+    Vector free;
+    std::vector<Matrix> dense_x;
+    std::vector<Matrix> dense_y;
+    Vector diagonal_x;
+    Vector diagonal_y;
+  };
   using Clock = std::chrono::steady_clock;
 
   template <class Visit>
@@ -90,7 +107,7 @@ class InteriorPoint {
   }
 
   /// Multiples of the identity per block as in Toh, Todd, Tutuncu (1999), section 4.
-  void start() {
+  void start(const Start* from) {
     const Eigen::Index m = cost_.size();
     x_ = Vector::Zero(m);
     free_ = Vector::Zero(model_.equations.size);
@@ -127,6 +144,27 @@ class InteriorPoint {
       total_size_ += model_.dense[b].size;
     }
     start_diagonal();
+    if (from != nullptr && from->x.size() > 0) {
+      start_from(*from);
+    }
+  }
+
+  /// Leaves the multiples of the identity where rounding to double took the iterate out of the cones.
+  void start_from(const Start& from) {
+    keep(best_);
+    x_ = from.x.template cast<Scalar>();
+    free_ = from.multiplier.free.template cast<Scalar>();
+    for (std::size_t b = 0; b < dense_.size(); ++b) {
+      dense_[b].set(from.slack.dense[b].template cast<Scalar>(),
+                    from.multiplier.dense[b].template cast<Scalar>());
+    }
+    diagonal_.set(from.slack.diagonal.template cast<Scalar>(),
+                  from.multiplier.diagonal.template cast<Scalar>());
+    bool inside = true;
+    for_each_cone([&](auto& cone) { inside = cone.factorise() && inside; });
+    if (!inside) {
+      restore(best_);
+    }
   }
 
   void start_diagonal() {
@@ -205,6 +243,21 @@ class InteriorPoint {
     }
   }
 
+  /// Iterates to come back to, and the size of x that later ones are compared with.
+  void keep_landmarks() {
+    const bool sound = static_cast<double>(system_.relative_residual()) <= kSound;
+    if (sound && std::min(step_x_, step_y_) > kLongStep && aim_ == Aim::kSolution) {
+      keep(sound_);
+    }
+    if (feasible_at_ < 0 && std::max(dual_error_, primal_error_) <= kFloor * settings_.tolerance) {
+      keep(feasible_);
+      feasible_at_ = iteration_;
+    }
+    if (std::isnan(norm_midway_) && error_ < kMidway) {
+      norm_midway_ = static_cast<double>(x_.norm());
+    }
+  }
+
   /// <F_0, Y>.
   [[nodiscard]] Scalar dual_objective() {
     Scalar sum = equation_right_.dot(free_);
@@ -245,20 +298,31 @@ class InteriorPoint {
     }
     const bool stuck = std::max(step_x_, step_y_) < kSmallestStep;
     if (!std::isfinite(error_) || stuck ||
-        iteration_ - last_progress_ > (small_pivots_ == SmallPivots::kHold ? kShortPatience : kPatience)) {
+        iteration_ - last_progress_ > (small_pivots_ == SmallPivots::kShift ? kPatience : kShortPatience)) {
       return Status::kNumericalTrouble;
     }
     return std::nullopt;
   }
 
-  /// After trouble, once: back to the best iterate, and every direction of the Schur complement is kept.
+  /// After trouble: back to an earlier iterate, with another treatment of small pivots or another aim.
   [[nodiscard]] bool change_strategy() {
-    if (small_pivots_ == SmallPivots::kShift) {
+    if (aim_ == Aim::kRegularised) {
+      regularised_ = true;
+      if (!early_) {
+        return false;
+      }
+      early_ = false;
+      aim_ = Aim::kSolution;
+      restore(feasible_);
+    } else if (small_pivots_ == SmallPivots::kHold) {
+      treat_small_pivots(root_is_cheap() ? SmallPivots::kNone : SmallPivots::kShift);
+      restore(best_);
+    } else if (!regularised_ && best_error_ > settings_.acceptable_tolerance) {
+      aim_ = Aim::kRegularised;
+      restore(feasible_at_ >= 0 ? feasible_ : best_);
+    } else {
       return false;
     }
-    small_pivots_ = SmallPivots::kShift;
-    system_.treat_small_pivots(small_pivots_);
-    restore_best();
     bool inside = true;
     for_each_cone([&](auto& cone) { inside = cone.factorise() && inside; });
     last_progress_ = iteration_;
@@ -267,26 +331,70 @@ class InteriorPoint {
     return inside;
   }
 
-  void restore_best() {
-    x_ = best_.x;
-    free_ = best_.free;
-    for (std::size_t b = 0; b < dense_.size(); ++b) {
-      dense_[b].set(best_.dense_x[b], best_.dense_y[b]);
-    }
-    diagonal_.set(best_.diagonal_x, best_.diagonal_y);
+  [[nodiscard]] bool root_is_cheap() {
+    const auto m = static_cast<double>(cost_.size());
+    return static_cast<double>(root_rows()) * m * m <= kCheapRoot;
   }
 
-  /// Where <F_i, Y> = c_i is what the best iterate violates most: moves Y to the nearest point where it
-  /// holds, and keeps that if the error measures, with the eigenvalues of Y that became negative, are smaller
-  /// then.
+  [[nodiscard]] Eigen::Index root_rows() {
+    Eigen::Index rows = 0;
+    for_each_cone([&](auto& cone) { rows += cone.root_rows(); });
+    return rows;
+  }
+
+  void restore(const Iterate& kept) {
+    x_ = kept.x;
+    free_ = kept.free;
+    for (std::size_t b = 0; b < dense_.size(); ++b) {
+      dense_[b].set(kept.dense_x[b], kept.dense_y[b]);
+    }
+    diagonal_.set(kept.diagonal_x, kept.diagonal_y);
+  }
+
+  /// Where x grows without end: at the point of the last step where c'x = <F_0, Y>, <X, Y> = x'r is left.
+  /// Moving Y to the nearest point without r removes both and costs negative eigenvalues far below r. Whether
+  /// that ends within the tolerance; the iterate is kept as the best one then.
+  [[nodiscard]] bool close_gap() {
+    if (iteration_ == 0) {
+      return false;
+    }
+    const double gap = static_cast<double>((primal_objective_ - dual_objective_) / objective_size_);
+    const double gap_step = static_cast<double>(
+        (Scalar(step_x_) * cost_.dot(dx_) - Scalar(step_y_) * dual_change_) / objective_size_);
+    const bool crossed = gap < 0.0 && gap_step < gap;
+    const bool wanted = aim_ == Aim::kRegularised ? gap <= settings_.tolerance : crossed && diverging();
+    if (!wanted || dual_error_ > kCrossing * settings_.tolerance) {
+      return false;
+    }
+    Iterate here;
+    keep(here);
+    if (crossed) {
+      const double back = gap / gap_step;
+      move(-back * step_x_, -back * step_y_);
+      measure();
+    }
+    project_multiplier();
+    const bool fine = error_ <= settings_.acceptable_tolerance;
+    if (!fine) {
+      negative_y_ = 0.0;
+      restore(here);
+      measure();
+    }
+    return fine;
+  }
+
+  /// Whether x has grown since the middle of the way: the sign of a problem without interior points.
+  [[nodiscard]] bool diverging() const { return static_cast<double>(x_.norm()) > kDiverging * norm_midway_; }
+
+  /// Moves Y to the nearest point where <F_i, Y> = c_i, if that is violated; the error measures count the
+  /// eigenvalues of Y that became negative.
   void project_multiplier() {
-    restore_best();
-    measure();
     const auto share_of_gap = static_cast<double>(x_.dot(dual_residual_) / objective_size_);
     const double violated = std::max(dual_error_, std::abs(share_of_gap));
-    if (!(violated > settings_.tolerance) || !std::isfinite(violated)) {
+    if (!(violated > kNoViolation * settings_.tolerance) || !std::isfinite(violated)) {
       return;
     }
+    system_.treat_small_pivots(SmallPivots::kHold);
     Matrix& gram = system_.clear();
     for_each_cone([&](auto& cone) { cone.add_gram(gram); });
     if (!system_.factorise()) {
@@ -295,6 +403,7 @@ class InteriorPoint {
     Vector right = Vector::Zero(cost_.size() + equations_.cols());
     right.head(cost_.size()) = -dual_residual_;
     const Vector solution = system_.solve(right);
+    system_.treat_small_pivots(small_pivots_);
     const Vector correction = solution.head(cost_.size());
     free_ += solution.tail(equations_.cols());
     for_each_cone([&](auto& cone) { cone.subtract_from_y(correction); });
@@ -390,20 +499,54 @@ class InteriorPoint {
       for_each_cone([&](auto& cone) { inside = cone.factorise() && inside; });
     }
     const auto begin = Clock::now();
-    Matrix& schur = system_.clear();
-    for_each_cone([&](auto& cone) { cone.add_schur(schur); });
+    const bool through_root = small_pivots_ == SmallPivots::kNone;
+    if (through_root) {
+      Matrix& root = system_.clear_root(root_rows());
+      Eigen::Index first = 0;
+      for_each_cone([&](auto& cone) {
+        cone.fill_root(first, root);
+        first += cone.root_rows();
+      });
+    } else {
+      Matrix& schur = system_.clear();
+      for_each_cone([&](auto& cone) { cone.add_schur(schur); });
+    }
     const auto middle = Clock::now();
-    const bool fine = system_.factorise();
+    const bool fine = through_root ? system_.factorise_root() : system_.factorise();
     assembly_s_ += std::chrono::duration<double>(middle - begin).count();
     factor_s_ += std::chrono::duration<double>(Clock::now() - middle).count();
     return fine;
+  }
+
+  /// Whether to regularise from here on, which share of the residual to remove, how to solve the system.
+  void choose_treatment() {
+    if (aim_ == Aim::kSolution && !regularised_ && feasible_at_ == iteration_ &&
+        error_ > settings_.acceptable_tolerance && diverging()) {
+      aim_ = Aim::kRegularised;
+      early_ = true;
+      last_progress_ = iteration_;
+    }
+    dual_share_ = Scalar(1);
+    if (aim_ == Aim::kRegularised) {
+      const double floor = kFloor * settings_.tolerance;
+      dual_share_ = Scalar(dual_error_ > floor ? 1.0 - floor / dual_error_ : 0.0);
+    }
+    if (small_pivots_ == SmallPivots::kHold && root_is_cheap() &&
+        static_cast<double>(system_.relative_residual()) > kPoor) {
+      treat_small_pivots(SmallPivots::kNone);
+    }
+  }
+
+  void treat_small_pivots(SmallPivots treatment) {
+    small_pivots_ = treatment;
+    system_.treat_small_pivots(treatment);
   }
 
   /// Newton direction towards X Y = target I.
   void solve_direction(Scalar target, Order order) {
     const Eigen::Index m = cost_.size();
     Vector right(m + equations_.cols());
-    Vector gradient = -dual_residual_;
+    Vector gradient = -dual_share_ * dual_residual_;
     for_each_cone([&](auto& cone) { cone.begin_direction(target, order == Order::kSecond, gradient); });
     right << gradient, equation_residual_;
     const Vector solution = system_.solve(right);
@@ -426,7 +569,7 @@ class InteriorPoint {
                                    static_cast<double>(x_.norm() / objective_size_));
     double previous = std::numeric_limits<double>::infinity();
     for (int k = 0; k < kMaxCorrections; ++k) {
-      Vector rest = dual_residual_ - equations_ * dfree_;
+      Vector rest = dual_share_ * dual_residual_ - equations_ * dfree_;
       for_each_cone([&](auto& cone) { cone.add_adjoint_dy(rest, Scalar(-1)); });
       const double error = static_cast<double>(rest.norm()) * weight;
       if (!(error > kWorthIt * settings_.tolerance) || !(error < previous / 2.0)) {
@@ -491,15 +634,6 @@ class InteriorPoint {
     step_x_ = step_y_ = 0.0;
   }
 
-  struct Iterate {
-    Vector x;
-    Vector free;
-    std::vector<Matrix> dense_x;
-    std::vector<Matrix> dense_y;
-    Vector diagonal_x;
-    Vector diagonal_y;
-  };
-
   void keep(Iterate& kept) {
     kept.x = x_;
     kept.free = free_;
@@ -513,11 +647,27 @@ class InteriorPoint {
     kept.diagonal_y = diagonal_.y();
   }
 
+  [[nodiscard]] static Start rounded(const Iterate& kept) {
+    Start start;
+    start.x = kept.x.template cast<double>();
+    for (std::size_t b = 0; b < kept.dense_x.size(); ++b) {
+      start.slack.dense.push_back(kept.dense_x[b].template cast<double>());
+      start.multiplier.dense.push_back(kept.dense_y[b].template cast<double>());
+    }
+    start.slack.diagonal = kept.diagonal_x.template cast<double>();
+    start.multiplier.diagonal = kept.diagonal_y.template cast<double>();
+    start.slack.free = Eigen::VectorXd::Zero(kept.free.size());
+    start.multiplier.free = kept.free.template cast<double>();
+    return start;
+  }
+
   [[nodiscard]] Outcome finish(Status status) {
     const bool infeasible = status == Status::kPrimalInfeasible || status == Status::kDualInfeasible;
     if (infeasible) {
       keep(best_);
     } else if (status != Status::kOptimal) {
+      restore(best_);
+      measure();
       project_multiplier();
     }
     if (!infeasible && status != Status::kOptimal && best_error_ <= settings_.acceptable_tolerance) {
@@ -525,15 +675,10 @@ class InteriorPoint {
     }
     Outcome outcome;
     outcome.status = status;
-    outcome.x = best_.x.template cast<double>();
-    for (std::size_t b = 0; b < dense_.size(); ++b) {
-      outcome.slack.dense.push_back(best_.dense_x[b].template cast<double>());
-      outcome.multiplier.dense.push_back(best_.dense_y[b].template cast<double>());
+    outcome.best = rounded(best_);
+    if (sound_.x.size() > 0) {
+      outcome.sound = rounded(sound_);
     }
-    outcome.slack.diagonal = best_.diagonal_x.template cast<double>();
-    outcome.multiplier.diagonal = best_.diagonal_y.template cast<double>();
-    outcome.slack.free = Eigen::VectorXd::Zero(free_.size());
-    outcome.multiplier.free = best_.free.template cast<double>();
     outcome.ray_violation = ray_violation_;
     outcome.iterations = iteration_;
     outcome.assembly_s = assembly_s_;
@@ -542,6 +687,15 @@ class InteriorPoint {
     return outcome;
   }
 
+  static constexpr double kFloor = 0.1;          // residual that regularising leaves, in tolerances
+  static constexpr double kCrossing = 1.0;       // largest residual with which the gap is closed, likewise
+  static constexpr double kNoViolation = 0.01;   // residual not worth moving Y, likewise
+  static constexpr double kMidway = 1e-2;        // error at which the size of x is remembered,
+  static constexpr double kDiverging = 3.0;      // and growth from there on that bounded x do not show
+  static constexpr double kPoor = 1e-8;          // relative residual of a system that asks for M instead of B
+  static constexpr double kSound = 1e-6;         // and of one that gives a usable direction
+  static constexpr double kLongStep = 0.1;       // shorter ones leave a badly centred iterate
+  static constexpr double kCheapRoot = 2e6;      // operations of a factorisation of M that take no time
   static constexpr double kRealProgress = 0.9;   // smaller improvements do not count
   static constexpr int kShortPatience = 6;       // iterations without progress before the strategy changes
   static constexpr int kPatience = 15;           // and before giving up
@@ -570,6 +724,7 @@ class InteriorPoint {
   Vector dx_;
   Vector dfree_;
   Vector dual_residual_;
+  Scalar dual_share_{1};
   Vector equation_residual_;
   Scalar primal_objective_{0};
   Scalar dual_objective_{0};
@@ -589,6 +744,13 @@ class InteriorPoint {
   double assembly_s_ = 0.0;
   double factor_s_ = 0.0;
   Iterate best_;
+  Iterate feasible_;                                               ///< the first one with small residuals
+  int feasible_at_ = -1;                                           ///< its iteration
+  Iterate sound_;                                                  ///< the last one that rounding spared
+  double norm_midway_ = std::numeric_limits<double>::quiet_NaN();  ///< ||x|| where error_ fell below kMidway
+  Aim aim_ = Aim::kSolution;
+  bool early_ = false;        ///< regularising before there was any trouble
+  bool regularised_ = false;  ///< regularising has been tried
 };
 
 }  // namespace trammel::inline TRAMMEL_ABI::sdp::detail

@@ -13,12 +13,18 @@
 
 namespace trammel::inline TRAMMEL_ABI::sdp::detail {
 
-/// What the iteration leaves; X, Y and x in the model's own parts.
-struct Outcome {
-  Status status = Status::kNumericalTrouble;
+/// An iterate in the model's own parts; empty where there is none.
+struct Start {
   Eigen::VectorXd x;
   Parts slack;
   Parts multiplier;
+};
+
+/// What the iteration leaves.
+struct Outcome {
+  Status status = Status::kNumericalTrouble;
+  Start best;
+  Start sound;  ///< the last iterate that rounding errors had not touched much
   double ray_violation = std::numeric_limits<double>::quiet_NaN();
   int iterations = 0;
   bool sparse_schur = false;
@@ -29,7 +35,7 @@ struct Outcome {
 [[nodiscard]] Outcome run_double(const Model& model, const Settings& settings,
                                  const ProgressObserver& observe);
 [[nodiscard]] Outcome run_double_double(const Model& model, const Settings& settings,
-                                        const ProgressObserver& observe);
+                                        const ProgressObserver& observe, const Start& start);
 
 }  // namespace trammel::inline TRAMMEL_ABI::sdp::detail
 

@@ -9,8 +9,8 @@
 namespace trammel::inline TRAMMEL_ABI::sdp::detail {
 
 TRAMMEL_INLINE Outcome run_double_double(const Model& model, const Settings& settings,
-                                         const ProgressObserver& observe) {
-  return InteriorPoint<linalg::ExtendedDouble>(model, settings, observe).run();
+                                         const ProgressObserver& observe, const Start& start) {
+  return InteriorPoint<linalg::ExtendedDouble>(model, settings, observe).run(&start);
 }
 
 }  // namespace trammel::inline TRAMMEL_ABI::sdp::detail

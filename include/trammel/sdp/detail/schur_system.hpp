@@ -22,13 +22,16 @@ namespace trammel::inline TRAMMEL_ABI::sdp::detail {
 enum class SmallPivots {
   kHold,   ///< the variable does not move: stable, but the directions are lost
   kShift,  ///< add a multiple of the identity, just large enough: less stable, every direction is kept
+  kNone,   ///< there are none: B = M'M is factorised through M, whose condition is the root of that of B
 };
 
 /// Solves
 ///   B dx - G df = r,   G' dx = e
 /// for positive semidefinite B (m x m) and the equations' coefficients G (m x k) by the Cholesky factor of
 /// K = B + rho G G', scaled to unit diagonal, and of G' K^-1 G, then refines the solution against the system
-/// itself. Where few pairs of constraints meet, K is factorised as a sparse matrix.
+/// itself. Where few pairs of constraints meet, K is factorised as a sparse matrix. Near the solution of a
+/// problem without interior points the condition of B exceeds the digits of any arithmetic; its root M then
+/// takes its place.
 template <class Scalar>
 class SchurSystem {
  public:
@@ -45,6 +48,61 @@ class SchurSystem {
   [[nodiscard]] Matrix& clear() {
     matrix_.setZero(equations_.rows(), equations_.rows());
     return matrix_;
+  }
+
+  /// M with B = M'M, zero, to be filled by the cones; then `factorise_root` takes the place of `factorise`.
+  [[nodiscard]] Matrix& clear_root(Eigen::Index rows) {
+    root_.setZero(rows + equations_.cols(), equations_.rows());
+    return root_;
+  }
+
+  /// Factorises M'M by Cholesky factors of shrinking condition (shifted CholeskyQR: Fukaya, Kannan,
+  /// Nakatsukasa, Yamamoto, Yanagisawa 2020), whose errors are those of a QR factorisation of M.
+  [[nodiscard]] bool factorise_root() {
+    constexpr int kMaxPasses = 6;
+    constexpr double kOrthogonal = 1e-3;
+    const Eigen::Index m = root_.cols();
+    const Eigen::Index k = equations_.cols();
+    const Eigen::Index rows = root_.rows() - k;
+    sparse_ = false;
+    if (k > 0) {
+      const Scalar norm = equations_.squaredNorm();
+      const Scalar trace = root_.topRows(rows).squaredNorm();
+      using std::sqrt;
+      rho_ = norm > Scalar(0) ? std::max(trace, std::numeric_limits<Scalar>::epsilon()) / norm : Scalar(0);
+      root_.bottomRows(k) = sqrt(rho_) * equations_.transpose();
+    }
+    Matrix basis = root_;
+    scaling_.resize(m);
+    for (Eigen::Index i = 0; i < m; ++i) {
+      const Scalar length = basis.col(i).norm();
+      scaling_[i] = length > Scalar(0) ? Scalar(1) / length : Scalar(length == length ? 1.0 : NAN);
+      basis.col(i) *= scaling_[i];
+    }
+    if (!scaling_.allFinite()) {
+      return false;
+    }
+    factor_ = Matrix::Identity(m, m);
+    Matrix lower;
+    for (int pass = 0; pass < kMaxPasses; ++pass) {
+      Matrix gram = Matrix::Zero(m, m);
+      Dense::add_product_tn(basis, basis, Scalar(1), gram);
+      const bool orthogonal = static_cast<double>((gram - Matrix::Identity(m, m)).norm()) < kOrthogonal;
+      if (!factor_shifted(gram, lower)) {
+        return false;
+      }
+      Matrix product = Matrix::Zero(m, m);
+      Dense::add_product(factor_, lower, Scalar(1), product);
+      factor_ = product;
+      if (orthogonal) {
+        break;
+      }
+      Dense::solve_right_transposed(lower, basis);
+    }
+    if (k > 0) {
+      return factor_equations();
+    }
+    return factor_.diagonal().allFinite();
   }
 
   /// Factorises what was filled in; false if it holds NaN or an infinity.
@@ -72,14 +130,8 @@ class SchurSystem {
     if (!factor_guarded(Matrix(factor_), factor_, scaling_, shift_)) {
       return false;
     }
-    if (k > 0) {
-      Matrix half = equations_.transpose() * scaling_.asDiagonal();
-      Dense::solve_right_transposed(factor_, half);
-      equation_factor_.setZero(k, k);
-      Dense::add_symmetric_nt(half, half, Scalar(1), equation_factor_);
-      if (!factor_guarded(Matrix(equation_factor_), equation_factor_, equation_scaling_, equation_shift_)) {
-        return false;
-      }
+    if (k > 0 && !factor_equations()) {
+      return false;
     }
     return m == 0 || factor_.diagonal().allFinite();
   }
@@ -104,6 +156,33 @@ class SchurSystem {
     constexpr Eigen::Index kSmall = 400;  // below, the dense factorisation takes no time
     constexpr double kFull = 0.05;        // more entries fill in to a dense factor
     return matrix_.rows() >= kSmall && density_ < kFull;
+  }
+
+  /// Factor of G' K^-1 G.
+  [[nodiscard]] bool factor_equations() {
+    const Eigen::Index k = equations_.cols();
+    Matrix half = equations_.transpose() * scaling_.asDiagonal();
+    Dense::solve_right_transposed(factor_, half);
+    equation_factor_.setZero(k, k);
+    Dense::add_symmetric_nt(half, half, Scalar(1), equation_factor_);
+    return factor_guarded(Matrix(equation_factor_), equation_factor_, equation_scaling_, equation_shift_);
+  }
+
+  /// Cholesky factor of gram + shift I, the shift as small as rounding errors allow; upper triangle zero.
+  [[nodiscard]] static bool factor_shifted(const Matrix& gram, Matrix& lower) {
+    constexpr double kStep = 10.0;
+    constexpr double kLargest = 1e-4;
+    const Scalar eps = std::numeric_limits<Scalar>::epsilon();
+    for (Scalar shift(0); shift < Scalar(kLargest);
+         shift = std::max(Scalar(kStep) * eps, shift * Scalar(kStep))) {
+      lower = gram;
+      lower.diagonal().array() += shift;
+      if (Dense::cholesky(lower) == 0 && lower.diagonal().allFinite()) {
+        lower.template triangularView<Eigen::StrictlyUpper>().setZero();
+        return true;
+      }
+    }
+    return false;
   }
 
   /// Sparse factor of S B S with unit diagonal, shifted as little as makes it positive definite.
@@ -152,7 +231,7 @@ class SchurSystem {
       if (!scaling.allFinite()) {
         return false;
       }
-      if (small_pivots_ == SmallPivots::kHold) {
+      if (small_pivots_ != SmallPivots::kShift) {
         const linalg::PivotGuard<Scalar> guard{Scalar(kPivotRoundingErrors) * eps, Scalar(kHeld)};
         return Dense::cholesky(factor, guard) >= 0;
       }
@@ -201,7 +280,14 @@ class SchurSystem {
     const Eigen::Index k = equations_.cols();
     Vector out(m + k);
     out.setZero();
-    Dense::add_vector_product(matrix_, v.head(m), Scalar(1), out.head(m));
+    if (small_pivots_ == SmallPivots::kNone) {
+      const Eigen::Index rows = root_.rows() - k;
+      Vector image = Vector::Zero(rows);
+      Dense::add_vector_product(root_.topRows(rows), v.head(m), Scalar(1), image);
+      Dense::add_vector_product_t(root_.topRows(rows), image, Scalar(1), out.head(m));
+    } else {
+      Dense::add_vector_product(matrix_, v.head(m), Scalar(1), out.head(m));
+    }
     if (k > 0) {
       Dense::add_vector_product(equations_, v.tail(k), Scalar(-1), out.head(m));
       Dense::add_vector_product_t(equations_, v.head(m), Scalar(1), out.tail(k));
@@ -248,6 +334,7 @@ class SchurSystem {
 
   Matrix equations_;
   Matrix matrix_;
+  Matrix root_;  ///< M with M'M = B, below it room for the equations
   Matrix factor_;
   Vector scaling_;
   Matrix equation_factor_;
