@@ -72,7 +72,7 @@ int run_plan(const CampaignOptions& options) {
     scenario.inputs = input.inputs;
     if (monte_carlo) {
       const estimate::TrajectoryEstimate estimate = in_file(file, [&] {
-        return estimate::estimate_trajectory(input.scenario, bounds_only(input.settings),
+        return estimate::estimate_trajectory(input.scenario, bounds_only(input.settings.estimate),
                                              progress.observer());
       });
       if (estimate.solution.status == SolveStatus::kUnbounded) {
@@ -144,7 +144,7 @@ class CampaignWork {
     const auto number = [](double value) { return std::isnan(value) ? "" : io::shortest(value); };
     try {
       const estimate::TrajectoryEstimate estimate =
-          estimate::estimate_trajectory(input.scenario, bounds_only(input.settings));
+          estimate::estimate_trajectory(input.scenario, bounds_only(input.settings.estimate));
       const minimax::Solution& solution = estimate.solution;
       return file + "," + std::string(describe(solution.status).name) + "," +
              std::string(to_string(solution.claim)) + "," + std::to_string(estimate.parameters) + "," +
