@@ -39,7 +39,7 @@ void add_campaign(CLI::App& app, Action& action);
 
 /// All sub-commands in the order of `trammel --help`.
 inline const std::vector<AddCommand> kCommands{
-    add_estimate,   add_design, add_simulate, add_suggest, add_filter_command, add_observer,
-    add_region,     add_wind,   add_convert,  add_solve,   add_sdp_command,    add_campaign};
+    add_estimate, add_design, add_simulate, add_suggest, add_filter_command, add_observer,
+    add_region,   add_wind,   add_convert,  add_solve,   add_sdp_command,    add_campaign};
 
 }  // namespace trammel::program

@@ -35,8 +35,8 @@ namespace trammel::inline TRAMMEL_ABI::sdp {
 /// to the tolerance only, and depend on it. Where rounding errors stop the progress all the same and the
 /// problem is small, the solver goes on in double-double numbers. Guarantee: the error measures of the result
 /// are computed from the returned x, X, Y and the problem as given; infeasibility is only reported with a ray
-/// whose violation was checked. The same input gives the same bits. Cost: per iteration O(m^3 + m^2 n + m n^3)
-/// at worst, far less for sparse F_i; memory m^2 + O(n^2) per block.
+/// whose violation was checked. The same input gives the same bits. Cost: per iteration O(m^3 + m^2 n + m
+/// n^3) at worst, far less for sparse F_i; memory m^2 + O(n^2) per block.
 [[nodiscard]] Solution solve(const Problem& problem, const Settings& settings = {},
                              const ProgressObserver& observe = {});
 
