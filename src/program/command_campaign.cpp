@@ -18,6 +18,7 @@
 #include "../io/csv.hpp"
 #include "../io/file.hpp"
 #include "../report/campaign_summary.hpp"
+#include "../report/report.hpp"
 #include "commands.hpp"
 #include "in_file.hpp"
 #include "terminal_progress.hpp"
@@ -143,10 +144,14 @@ class CampaignWork {
     const io::ScenarioInput input = folder_.scenario(index);
     const auto number = [](double value) { return std::isnan(value) ? "" : io::shortest(value); };
     try {
-      const estimate::TrajectoryEstimate estimate =
-          estimate::estimate_trajectory(input.scenario, bounds_only(input.settings.estimate));
+      localise::FlightSettings settings = input.settings;
+      settings.estimate = bounds_only(settings.estimate);
+      const localise::FlightEstimate flight = localise::estimate_flight(input.scenario, settings);
+      const estimate::TrajectoryEstimate& estimate = flight.estimate;
       const minimax::Solution& solution = estimate.solution;
-      return file + "," + std::string(describe(solution.status).name) + "," +
+      const report::ReportInput result{input, estimate, nullptr,
+                                       flight.statement ? &*flight.statement : nullptr};
+      return file + "," + std::string(report::outcome(result).name) + "," +
              std::string(to_string(solution.claim)) + "," + std::to_string(estimate.parameters) + "," +
              std::to_string(estimate.observations) + "," + number(estimate.guaranteed_rms_m) + "," +
              number(estimate.lower_bound_rms_m) + "," + number(solution.relative_gap()) + "," +
