@@ -36,8 +36,8 @@ class Search {
   void expect(std::size_t starts) { expected_ = static_cast<double>(starts); }
 
   /// Fits with falling barrier weights from a start that is pulled inside first; keeps the last fit. Fits are
-  /// coarse; only a last one that is near no minimum known yet is carried on, until it is clear that it does
-  /// not come near the best.
+  /// coarse and end near a minimum known already; a last one that is near none is carried on, until it is
+  /// clear that it does not come near the best.
   template <std::size_t Count>
   void descend(const Eigen::VectorXd& start, const std::array<double, Count>& weights) {
     if (observe_) {
@@ -48,9 +48,9 @@ class Search {
     Fit fit{.z = problem_.pull_inside(start, kStartShare, centre_)};
     for (const double mu : weights) {
       run(fit, mu, coarse());
-    }
-    if (known(fit, minima_)) {
-      return;
+      if (known(fit, minima_)) {
+        return;
+      }
     }
     FitSettings last = settings_;
     last.target = least_cost() + kDecisiveCost / 2;
