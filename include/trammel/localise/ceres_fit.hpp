@@ -44,7 +44,7 @@ class CeresCost final : public ceres::CostFunction {
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
     const Eigen::VectorXd z = Eigen::Map<const Eigen::VectorXd>(parameters[0], problem_.parameters());
     const Eigen::VectorXd room = room_m(z);
-    if (!problem_.inside(z) || (room.array() >= highest_room_m_.array()).any()) {
+    if (!problem_.inside(z) || (highest_room_m_ - room).array().minCoeff() <= 0.0) {
       return false;
     }
     Eigen::Map<Eigen::VectorXd> out(residuals, rows_);
