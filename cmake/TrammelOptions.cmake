@@ -17,12 +17,6 @@ find_path(TRAMMEL_CHOLMOD_INCLUDE cholmod.h PATH_SUFFIXES suitesparse)
 find_library(TRAMMEL_CHOLMOD_LIBRARY cholmod)
 mark_as_advanced(TRAMMEL_CHOLMOD_INCLUDE TRAMMEL_CHOLMOD_LIBRARY)
 
-# Ceres component: constrained fits on Ceres. Link trammel::ceres beside trammel::headers or trammel::trammel.
-option(TRAMMEL_WITH_CERES "Offer the component trammel::ceres where Ceres is found" ON)
-if(TRAMMEL_WITH_CERES)
-  find_package(Ceres QUIET)
-endif()
-
 set(TRAMMEL_TUNED_FLAGS "")
 if(TRAMMEL_TUNED AND NOT CMAKE_CROSSCOMPILING)
   include(CheckCXXSourceRuns)
@@ -52,14 +46,12 @@ function(trammel_configure_library target)
   set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
 endfunction()
 
-# trammel_add_test(NAME name SOURCES a.cpp ... [LIBRARIES lib ...] [LABELS label ...] [PORTABLE])
-# Makes one test executable and registers each of its tests with ctest. PORTABLE: without the newer instructions,
-# for libraries compiled with Eigen elsewhere, whose memory must be aligned as ours.
+# trammel_add_test(NAME name SOURCES a.cpp ... [LIBRARIES lib ...] [LABELS label ...])
+# Makes one test executable and registers each of its tests with ctest.
 function(trammel_add_test)
-  cmake_parse_arguments(PARSE_ARGV 0 ARG "PORTABLE" "NAME" "SOURCES;LIBRARIES;LABELS")
+  cmake_parse_arguments(PARSE_ARGV 0 ARG "" "NAME" "SOURCES;LIBRARIES;LABELS")
   add_executable(test_${ARG_NAME} ${ARG_SOURCES})
-  set(library $<IF:$<BOOL:${ARG_PORTABLE}>,trammel,trammel_tuned>)
-  target_link_libraries(test_${ARG_NAME} PRIVATE ${library} trammel_warnings GTest::gtest_main ${ARG_LIBRARIES})
+  target_link_libraries(test_${ARG_NAME} PRIVATE trammel_tuned trammel_warnings GTest::gtest_main ${ARG_LIBRARIES})
   target_include_directories(test_${ARG_NAME} PRIVATE "${PROJECT_SOURCE_DIR}/src" "${PROJECT_SOURCE_DIR}/tests")
   target_compile_definitions(test_${ARG_NAME} PRIVATE
     TRAMMEL_SOURCE_DIR="${PROJECT_SOURCE_DIR}" TRAMMEL_BINARY_DIR="${PROJECT_BINARY_DIR}")
