@@ -18,13 +18,15 @@
 #include <Eigen/Core>
 #include <Eigen/LU>
 
+#include "trammel/linalg/extended_double.hpp"
 #include "trammel/observer/plan_problem.hpp"
 
 namespace trammel::test {
 
 class DirectTranscription {
  public:
-  using Extended = long double;
+  /// Covariances come so close to singular that an inverse in 19 digits errs in the sixth.
+  using Extended = linalg::ExtendedDouble;
   using ExtendedMatrix = Eigen::Matrix<Extended, 3, 3>;
 
   DirectTranscription(const observer::PlanProblem& problem, int steps)

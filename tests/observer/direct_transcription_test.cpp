@@ -58,7 +58,7 @@ TEST(DirectTranscription, FourGeometriesAllWeights) {
 }
 
 TEST(DirectTranscription, ExtremeProblems) {
-  for (std::uint64_t i = 0; i < 300; ++i) {
+  for (std::uint64_t i = 0; i < 400; ++i) {
     expect_agreement(i % 2 == 0 ? trammel::test::random_problem(trammel::test::test_seed(), i)
                                 : trammel::test::random_general_problem(trammel::test::test_seed(), i),
                      400, std::to_string(i));
