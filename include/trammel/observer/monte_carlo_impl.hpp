@@ -5,16 +5,13 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
-#include <exception>
-#include <mutex>
 #include <string>
-#include <thread>
 
 #include "trammel/core/error.hpp"
 #include "trammel/core/normal_lanes.hpp"
 #include "trammel/core/packet.hpp"
+#include "trammel/core/parallel.hpp"
 #include "trammel/core/random.hpp"
 #include "trammel/observer/monte_carlo.hpp"
 
@@ -99,31 +96,21 @@ class Simulation {
     sums_.resize(static_cast<std::size_t>(blocks_) * moments_.size());
   }
 
-  /// Works until no block is left; `tell` is called after every block.
-  template <class Tell>
-  void work(const Tell& tell) noexcept {
-    try {
-      for (std::int64_t block = next_++; block < blocks_ && !failed_; block = next_++) {
-        fly_block(block);
-        ++done_;
-        tell();
-      }
-    } catch (...) {
-      const std::scoped_lock lock(mutex_);
-      if (!failed_) {
-        failure_ = std::current_exception();
-        failed_ = true;
+  [[nodiscard]] std::int64_t blocks() const { return blocks_; }
+
+  /// Flies the runs of one block; blocks may be flown at the same time.
+  void fly_block(std::int64_t block) {
+    const std::int64_t last = std::min(settings_.runs, (block + 1) * kRunsPerBlock);
+    for (std::int64_t run = block * kRunsPerBlock; run < last;) {
+      if (loop_.settings().filter == FilterKind::kExtendedKalman) {
+        run += fly_lanes<Packet>(block, run, last);
+      } else {
+        run += fly_lanes<double>(block, run, last);
       }
     }
   }
 
-  [[nodiscard]] double fraction() const { return static_cast<double>(done_) / static_cast<double>(blocks_); }
-  [[nodiscard]] std::int64_t blocks() const { return blocks_; }
-
   MonteCarloResult finish() {
-    if (failed_) {
-      std::rethrow_exception(failure_);
-    }
     result_.error = mean_deviation(result_.error_x_m);
     result_.miss = mean_deviation(result_.miss_m);
     result_.effort = mean_deviation(result_.effort_m);
@@ -138,17 +125,6 @@ class Simulation {
   }
 
  private:
-  void fly_block(std::int64_t block) {
-    const std::int64_t last = std::min(settings_.runs, (block + 1) * kRunsPerBlock);
-    for (std::int64_t run = block * kRunsPerBlock; run < last;) {
-      if (loop_.settings().filter == FilterKind::kExtendedKalman) {
-        run += fly_lanes<Packet>(block, run, last);
-      } else {
-        run += fly_lanes<double>(block, run, last);
-      }
-    }
-  }
-
   /// Runs from `first` on, as many as Real has lanes, but none from `last` on.
   template <class Real>
   std::int64_t fly_lanes(std::int64_t block, std::int64_t first, std::int64_t last) {
@@ -240,11 +216,6 @@ class Simulation {
   std::vector<std::int8_t> moved_back_;
   std::vector<std::int64_t> skipped_;
   MonteCarloResult result_;
-  std::atomic<std::int64_t> next_{0};
-  std::atomic<std::int64_t> done_{0};
-  std::atomic<bool> failed_{false};
-  std::mutex mutex_;
-  std::exception_ptr failure_;
 };
 
 }  // namespace detail
@@ -267,21 +238,15 @@ TRAMMEL_INLINE MonteCarloResult simulate(const FlightLoop& loop, const MonteCarl
   }
   require(!std::isnan(settings.max_start_x_m), "max_start_x_m", "not a number", "a number");
   detail::Simulation simulation(loop, settings);
-  const unsigned wanted =
-      settings.threads > 0 ? settings.threads : std::max(1U, std::thread::hardware_concurrency());
-  const auto threads = static_cast<unsigned>(std::min<std::int64_t>(wanted, simulation.blocks()));
-  std::vector<std::thread> helpers;
-  for (unsigned i = 1; i < threads; ++i) {
-    helpers.emplace_back([&simulation] { simulation.work([] {}); });
-  }
-  simulation.work([&] {
-    if (observe) {
-      observe({"simulate flights", simulation.fraction()});
-    }
-  });
-  for (std::thread& helper : helpers) {
-    helper.join();
-  }
+  const auto blocks = static_cast<std::size_t>(simulation.blocks());
+  for_each_in_parallel(
+      blocks, settings.threads,
+      [&](std::size_t block) { simulation.fly_block(static_cast<std::int64_t>(block)); },
+      [&](std::size_t done) {
+        if (observe) {
+          observe({"simulate flights", static_cast<double>(done) / static_cast<double>(blocks)});
+        }
+      });
   return simulation.finish();
 }
 

@@ -3,11 +3,11 @@
 /// Definitions of coverage.hpp.
 #pragma once
 
-#include <atomic>
-#include <exception>
-#include <thread>
+#include <algorithm>
+#include <memory>
 #include <vector>
 
+#include "trammel/core/parallel.hpp"
 #include "trammel/region/coverage.hpp"
 #include "trammel/region/loop_experiment_impl.hpp"
 #include "trammel/region/lscr_impl.hpp"
@@ -107,47 +107,31 @@ TRAMMEL_INLINE CoverageCounts study_coverage(const LoopExperiment& experiment,
     return ErrorDetail{"coverage: threads", std::to_string(settings.threads), "at least 1"};
   });
   constexpr int kBlock = 50;  // runs taken at a time: a few milliseconds each
-  std::atomic<int> next{0};
-  std::atomic<int> done{0};
-  std::atomic<bool> failed{false};
-  const auto threads = static_cast<std::size_t>(settings.threads);
+  const auto threads = static_cast<unsigned>(settings.threads);
   std::vector<CoverageCounts> counts(threads);
-  std::vector<std::exception_ptr> errors(threads);
-  const auto work = [&](std::size_t thread, const ProgressObserver& told) {
-    try {
-      CoverageRunner runner(experiment, settings);
-      for (int first = next.fetch_add(kBlock); first < settings.runs && !failed;
-           first = next.fetch_add(kBlock)) {
-        const int last = std::min(first + kBlock, settings.runs);
-        for (int run = first; run < last; ++run) {
-          runner.run(static_cast<std::uint64_t>(run), counts[thread]);
+  for_each_with_own_work(
+      static_cast<std::size_t>((settings.runs + kBlock - 1) / kBlock), threads,
+      [&](std::size_t thread) {
+        return
+            [&, thread, runner = std::make_unique<CoverageRunner>(experiment, settings)](std::size_t block) {
+              const int first = static_cast<int>(block) * kBlock;
+              const int last = std::min(first + kBlock, settings.runs);
+              for (int run = first; run < last; ++run) {
+                runner->run(static_cast<std::uint64_t>(run), counts[thread]);
+              }
+            };
+      },
+      [&](std::size_t done) {
+        if (observer) {
+          const double runs = static_cast<double>(done) * kBlock;
+          observer({"coverage", std::min(1.0, runs / settings.runs)});
         }
-        const int finished = done.fetch_add(last - first) + (last - first);
-        if (told) {
-          told({"coverage", static_cast<double>(finished) / settings.runs});
-        }
-      }
-    } catch (...) {
-      errors[thread] = std::current_exception();
-      failed = true;
-    }
-  };
-  std::vector<std::thread> others;
-  for (std::size_t thread = 1; thread < threads; ++thread) {
-    others.emplace_back(work, thread, ProgressObserver{});
-  }
-  work(0, observer);
-  for (std::thread& other : others) {
-    other.join();
-  }
+      });
   CoverageCounts total;
-  for (std::size_t thread = 0; thread < threads; ++thread) {
-    if (errors[thread]) {
-      std::rethrow_exception(errors[thread]);
-    }
-    total.runs += counts[thread].runs;
+  for (const CoverageCounts& own : counts) {
+    total.runs += own.runs;
     for (std::size_t row = 0; row < total.hits.size(); ++row) {
-      total.hits[row] += counts[thread].hits[row];
+      total.hits[row] += own.hits[row];
     }
   }
   return total;
