@@ -76,10 +76,6 @@ class FitProblem {
   [[nodiscard]] double chi2(const Eigen::VectorXd& z) const;
   /// -sum_l ln(1 - |a_l z|^2); infinite outside.
   [[nodiscard]] double ellipsoid_barrier(const Eigen::VectorXd& z) const;
-  /// Heights (m) on the grid.
-  [[nodiscard]] Eigen::VectorXd heights_m(const Eigen::VectorXd& z) const;
-  /// Their derivative, grid times x p.
-  [[nodiscard]] Eigen::MatrixXd height_rows() const;
   /// Lowest height (m) on the grid.
   [[nodiscard]] double lowest_height_m(const Eigen::VectorXd& z) const;
   /// Whether all bounds and the floor hold strictly.
@@ -127,6 +123,8 @@ class FitProblem {
   [[nodiscard]] static LocalRows localise_rows(const Eigen::MatrixXd& rows);
   [[nodiscard]] Deviation unpack(const Eigen::VectorXd& z) const;
   [[nodiscard]] Sighting see(const Site& site, const Deviation& deviation) const;
+  /// Heights (m) on the grid.
+  [[nodiscard]] Eigen::VectorXd heights_m(const Eigen::VectorXd& z) const;
   [[nodiscard]] double floor_barrier(const Eigen::VectorXd& z) const;
 
   Scenario scenario_;

@@ -185,16 +185,6 @@ TRAMMEL_INLINE Eigen::VectorXd FitProblem::heights_m(const Eigen::VectorXd& z) c
   return result;
 }
 
-TRAMMEL_INLINE Eigen::MatrixXd FitProblem::height_rows() const {
-  Eigen::MatrixXd result =
-      Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(height_rows_.size()), parameters());
-  for (std::size_t j = 0; j < height_rows_.size(); ++j) {
-    const LocalRows& row = height_rows_[j];
-    result.row(static_cast<Eigen::Index>(j)).segment(row.first, row.rows.cols()) = row.rows;
-  }
-  return result;
-}
-
 TRAMMEL_INLINE bool FitProblem::inside(const Eigen::VectorXd& z) const {
   return std::isfinite(ellipsoid_barrier(z)) &&
          (!minimum_height_m_ || lowest_height_m(z) > *minimum_height_m_);

@@ -11,6 +11,7 @@
 #include "trammel/core/error.hpp"
 #include "trammel/estimate/observed.hpp"
 #include "trammel/localise/flight_estimate.hpp"
+#include "trammel/localise/interior_motion.hpp"
 #include "trammel/minimax/methods.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::localise {
@@ -69,9 +70,7 @@ inline void add_search(const Location& location, Statement& statement) {
 
 inline void require_located(const Location& location, const FlightSettings& settings) {
   if (location.status == LocateStatus::kInfeasibleStart) {
-    throw Error({"minimum_height_m", std::to_string(*settings.minimum_height_m) + " m",
-                 "a floor that some motion within the bounds stays above; the highest found stays above " +
-                     std::to_string(location.lowest_height_m) + " m"});
+    refuse_floor(*settings.minimum_height_m, location.lowest_height_m);
   }
 }
 
@@ -281,14 +280,13 @@ TRAMMEL_INLINE FlightEstimate estimate_flight(const Scenario& scenario, const Fl
 TRAMMEL_INLINE std::string describe_proved(const Statement& statement) {
   if (statement.consistency == Consistency::kNoBound) {
     return "Nothing is proved about the nonlinear measurements: a remainder of the linearisation could not "
-           "be "
-           "bounded.";
+           "be bounded.";
   }
   std::string text =
       "For every motion within the bounds whose distance from the path linearised about stays, at every "
       "measurement, below 3^(1/4) times the tube listed (in fourth mean), the root mean square error over "
-      "the "
-      "measurement noise is at most the linear guarantee plus the curvature term plus the model error's term";
+      "the measurement noise is at most the linear guarantee plus the curvature term plus the model error's "
+      "term";
   switch (statement.independence) {
     case Independence::kFixedReference:
       return text + ".";

@@ -25,6 +25,13 @@ struct InteriorMotion {
 /// where the path follows no more.
 [[nodiscard]] InteriorMotion find_interior_motion(const FitProblem& problem);
 
+/// The motion found. Throws Error where none is.
+[[nodiscard]] Eigen::VectorXd require_interior_motion(const FitProblem& problem);
+
+/// Throws the Error of a floor of `minimum_height_m` where the highest motion found stays above
+/// `lowest_height_m` only.
+[[noreturn]] void refuse_floor(double minimum_height_m, double lowest_height_m);
+
 }  // namespace trammel::inline TRAMMEL_ABI::localise
 
 #ifndef TRAMMEL_COMPILED

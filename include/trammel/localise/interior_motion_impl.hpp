@@ -4,7 +4,9 @@
 #pragma once
 
 #include <algorithm>
+#include <string>
 
+#include "trammel/core/error.hpp"
 #include "trammel/localise/interior_motion.hpp"
 #include "trammel/localise/levenberg_marquardt.hpp"
 
@@ -33,6 +35,20 @@ TRAMMEL_INLINE InteriorMotion find_interior_motion(const FitProblem& problem) {
     result.z = z;
   }
   return result;
+}
+
+TRAMMEL_INLINE Eigen::VectorXd require_interior_motion(const FitProblem& problem) {
+  const InteriorMotion found = find_interior_motion(problem);
+  if (!found.z) {
+    refuse_floor(*problem.minimum_height_m(), found.lowest_height_m);
+  }
+  return *found.z;
+}
+
+TRAMMEL_INLINE void refuse_floor(double minimum_height_m, double lowest_height_m) {
+  throw Error({"minimum_height_m", std::to_string(minimum_height_m) + " m",
+               "a floor that some motion within the bounds stays above; the highest found stays above " +
+                   std::to_string(lowest_height_m) + " m"});
 }
 
 }  // namespace trammel::inline TRAMMEL_ABI::localise

@@ -232,13 +232,8 @@ TRAMMEL_INLINE OutlierSearch find_outliers(const Scenario& scenario, const Outli
   OutlierSearch result;
   result.false_alarm = settings.false_alarm;
   result.quantile = detail::two_sided_quantile(settings.false_alarm / static_cast<double>(values));
-  const InteriorMotion centre = find_interior_motion(problem);
-  if (!centre.z) {
-    throw Error({"minimum_height_m", std::to_string(settings.minimum_height_m.value_or(0.0)) + " m",
-                 "a floor that some motion within the bounds stays above"});
-  }
-  const detail::WeightedFits fits(problem, settings, *centre.z);
-  Eigen::VectorXd z = *centre.z;
+  Eigen::VectorXd z = require_interior_motion(problem);
+  const detail::WeightedFits fits(problem, settings, z);
   const std::vector<double> first = detail::truncated_fit(problem, fits, result.quantile, z);
   std::vector<bool> accepted(n);
   std::transform(first.begin(), first.end(), accepted.begin(), [](double w) { return w > 0.5; });

@@ -99,7 +99,6 @@ class AccelerationModel {
     maximise();
   }
 
-  [[nodiscard]] double chi2() const { return squares_ - 2 * mean_.dot(pull_) + mean_.dot(J_ * mean_); }
   [[nodiscard]] double likelihood() const { return squares_ - pull_.dot(mean_) + log_determinant_; }
 
   /// Bounds, jerk and the share of what the data leave open.
@@ -214,14 +213,6 @@ TRAMMEL_INLINE Suggestion suggest_segments(const Scenario& scenario, const Sugge
     }
   };
   const double duration = scenario.knots_s.back() - scenario.knots_s.front();
-  const auto interior = [](const FitProblem& problem) {
-    const InteriorMotion centre = find_interior_motion(problem);
-    if (!centre.z) {
-      throw Error({"minimum_height_m", std::to_string(problem.minimum_height_m().value_or(0.0)) + " m",
-                   "a floor that some motion within the bounds stays above"});
-    }
-    return *centre.z;
-  };
   Suggestion result;
   std::vector<Eigen::VectorXd> theta;
   std::vector<Eigen::VectorXd> biases;
@@ -229,7 +220,7 @@ TRAMMEL_INLINE Suggestion suggest_segments(const Scenario& scenario, const Sugge
     constexpr double kWide_mps2 = 100.0;
     const FitProblem problem(detail::on_segments(scenario, segments, Eigen::Vector3d::Constant(kWide_mps2)),
                              settings.minimum_height_m);
-    Fit fit{.z = interior(problem)};
+    Fit fit{.z = require_interior_motion(problem)};
     for (const double mu : {30.0, 10.0, 3.0, 1.0}) {
       fit = fit_levenberg_marquardt(problem, fit.z, mu, settings.fit);
     }
@@ -256,8 +247,9 @@ TRAMMEL_INLINE Suggestion suggest_segments(const Scenario& scenario, const Sugge
     const FitProblem problem(detail::on_segments(scenario, trial.segments, trial.acceleration_mps2),
                              settings.minimum_height_m);
     constexpr double kInside = 0.9;
-    const Eigen::VectorXd start = problem.pull_inside(
-        problem.trajectory().coordinates.from_motion(theta[i], biases[i]), kInside, interior(problem));
+    const Eigen::VectorXd start =
+        problem.pull_inside(problem.trajectory().coordinates.from_motion(theta[i], biases[i]), kInside,
+                            require_interior_motion(problem));
     const Fit fit = fit_levenberg_marquardt(problem, start, kWeakBarrier, settings.fit);
     const Eigen::MatrixXd J = problem.expand(fit.z, 0.0).hessian;
     const linalg::Cholesky posterior(problem.expand(fit.z, kWeakBarrier).hessian);
@@ -273,7 +265,6 @@ TRAMMEL_INLINE Suggestion suggest_segments(const Scenario& scenario, const Sugge
     trial.curvature_rms_m = stated.curvature_rms_m;
     trial.model_rms_m = stated.model_error_rms_m;
     trial.stated_rms_m = stated.sum_rms_m;
-
     progress(static_cast<double>(result.trials.size() + i + 1));
   }
   // NaN compares as worse.
