@@ -32,16 +32,9 @@ struct EstimateOptions {
 };
 
 ExitCode exit_code(const report::ReportInput& result) {
-  switch (result.estimate.solution.status) {
-    case SolveStatus::kOptimal:
-      return report::outcome(result).solved ? kSolved : kNotConverged;
-    case SolveStatus::kUnbounded:
-      return kUnbounded;
-    case SolveStatus::kIterationLimit:
-    case SolveStatus::kNumericalTrouble:
-      break;
-  }
-  return kNotConverged;
+  return result.estimate.solution.status == SolveStatus::kUnbounded ? kUnbounded
+         : report::outcome(result).solved                           ? kSolved
+                                                                    : kNotConverged;
 }
 
 int run(const EstimateOptions& options) {

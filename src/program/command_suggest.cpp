@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <limits>
@@ -18,6 +17,7 @@
 #include "../io/json_output.hpp"
 #include "../io/measurement_csv.hpp"
 #include "../io/scenario_reader.hpp"
+#include "../report/report.hpp"
 #include "commands.hpp"
 #include "terminal_progress.hpp"
 #include "trammel/core/error.hpp"
@@ -113,11 +113,7 @@ double rounded_up(double value) {
   return std::ceil(value / unit * (1 - kRounding)) * unit;
 }
 
-std::string number(double value) {
-  std::array<char, 32> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), "%.3g", value);
-  return buffer.data();
-}
+std::string number(double value) { return report::rounded(value, 3); }
 
 std::string number_up(double value) { return number(rounded_up(value)); }
 

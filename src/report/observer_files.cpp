@@ -2,13 +2,12 @@
 #include "observer_files.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 
 #include "../io/csv.hpp"
 #include "page.hpp"
+#include "report.hpp"
 #include "report_assets.hpp"
 
 namespace trammel::report {
@@ -16,13 +15,6 @@ namespace trammel::report {
 namespace {
 
 using io::Json;
-
-/// Four significant digits for people.
-std::string brief(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.4g", value);
-  return text.data();
-}
 
 std::string row(const std::string& name, const std::string& value, const std::string& remark = "") {
   constexpr std::size_t kColumn = 30;
@@ -118,7 +110,7 @@ std::string filter_name(const observer::FlightSettings& settings) {
 std::string vector_text(const Eigen::Ref<const Eigen::VectorXd>& values) {
   std::string text;
   for (const double value : values) {
-    text += (text.empty() ? "" : ", ") + brief(value);
+    text += (text.empty() ? "" : ", ") + rounded(value);
   }
   return text;
 }
@@ -159,16 +151,16 @@ std::string plan_summary(const io::ObserverInput& input, const observer::Limited
   text += row("status", std::string(to_string(plan.status)),
               plan.status == observer::PlanStatus::kOptimal ? "proved by the lower bound"
                                                             : "best of several starts; see the lower bound");
-  text += row("sigma of x at the end", brief(std::sqrt(plan.final_covariance_m2(0, 0))) + " m",
-              "from " + brief(before) + " m at the start");
-  text +=
-      row("cost J", brief(plan.cost) + " m^2/s",
-          brief(plan.cost_information) + " for the variances, " + brief(plan.cost_control) + " for control");
-  text += row("no path costs less than", brief(plan.lower_bound) + " m^2/s");
-  text += row("largest lateral speed", brief(plan.max_speed_mps()) + " m/s");
+  text += row("sigma of x at the end", rounded(std::sqrt(plan.final_covariance_m2(0, 0))) + " m",
+              "from " + rounded(before) + " m at the start");
+  text += row(
+      "cost J", rounded(plan.cost) + " m^2/s",
+      rounded(plan.cost_information) + " for the variances, " + rounded(plan.cost_control) + " for control");
+  text += row("no path costs less than", rounded(plan.lower_bound) + " m^2/s");
+  text += row("largest lateral speed", rounded(plan.max_speed_mps()) + " m/s");
   text += row("weights beta", vector_text(limited.beta_per_s) + " 1/s");
-  text += row("frequency xi, epsilon", brief(plan.xi) + ", " + brief(plan.epsilon_m) + " m",
-              "xi_1 = " + brief(plan.xi_critical));
+  text += row("frequency xi, epsilon", rounded(plan.xi) + ", " + rounded(plan.epsilon_m) + " m",
+              "xi_1 = " + rounded(plan.xi_critical));
   text += row("centre B", vector_text(plan.wave_centre));
   return text;
 }
@@ -232,12 +224,13 @@ std::string simulation_summary(const SimulationReport& report) {
       row("flights", std::to_string(report.settings.runs), "seed " + std::to_string(report.settings.seed));
   text += row("filter", filter_name(report.loop.settings()));
   text += row("error of x at the end",
-              brief(result.error.mean) + " m mean, " + brief(result.error.deviation) + " m sd",
-              "the filter states " + brief(result.rms_predicted_m) + " m");
-  text += row("miss", brief(result.miss.mean) + " m mean, " + brief(result.miss.deviation) + " m sd");
-  text += row("effort", brief(result.effort.mean) + " m mean, " + brief(result.effort.deviation) + " m sd",
-              "total lateral travel");
-  text += row("median normalised error^2", brief(result.median_nees), "2.37 when the filter is consistent");
+              rounded(result.error.mean) + " m mean, " + rounded(result.error.deviation) + " m sd",
+              "the filter states " + rounded(result.rms_predicted_m) + " m");
+  text += row("miss", rounded(result.miss.mean) + " m mean, " + rounded(result.miss.deviation) + " m sd");
+  text +=
+      row("effort", rounded(result.effort.mean) + " m mean, " + rounded(result.effort.deviation) + " m sd",
+          "total lateral travel");
+  text += row("median normalised error^2", rounded(result.median_nees), "2.37 when the filter is consistent");
   text += row("estimates moved back", std::to_string(result.runs_moved_back) + " runs",
               "their estimate lay where no plan exists");
   text += row("measurements skipped", std::to_string(result.skipped),
@@ -269,11 +262,11 @@ std::string simulation_html(const SimulationReport& report) {
                      {"effort_mean", io::to_json(result.effort.mean)},
                      {"effort_sd", io::to_json(result.effort.deviation)},
                      {"median_nees", io::to_json(result.median_nees)}};
-  data["meaning"] = "The vehicle plans from its own estimate every " + brief(settings.replan_interval_s) +
+  data["meaning"] = "The vehicle plans from its own estimate every " + rounded(settings.replan_interval_s) +
                     " s, flies the plan, measures the beacon's bearing every " +
-                    brief(report.input.problem.measurement_interval_s) + " s and filters. Starting with " +
-                    brief(std::sqrt(report.input.problem.covariance_m2(0, 0))) +
-                    " m of standard deviation in x, it ends with " + brief(result.error.deviation) + " m.";
+                    rounded(report.input.problem.measurement_interval_s) + " s and filters. Starting with " +
+                    rounded(std::sqrt(report.input.problem.covariance_m2(0, 0))) +
+                    " m of standard deviation in x, it ends with " + rounded(result.error.deviation) + " m.";
   data["facts"] = Json::array({{"filter", filter_name(settings)},
                                {"weights beta", vector_text(report.input.problem.beta_per_s) + " 1/s"},
                                {"measurements per flight", std::to_string(report.loop.measurements())},
@@ -312,9 +305,9 @@ std::string comparison_summary(const observer::Comparison& comparison) {
   for (const observer::CandidateResult& candidate : comparison.ranking) {
     text += row(
         candidate.name,
-        std::isfinite(candidate.guaranteed_rms_m) ? brief(candidate.guaranteed_rms_m) + " m" : "unbounded",
+        std::isfinite(candidate.guaranteed_rms_m) ? rounded(candidate.guaranteed_rms_m) + " m" : "unbounded",
         "status " + std::string(describe(candidate.status).name) + ", no estimator guarantees less than " +
-            brief(candidate.lower_bound_rms_m) + " m");
+            rounded(candidate.lower_bound_rms_m) + " m");
   }
   text += comparison.decided
               ? "\"" + comparison.ranking.front().name + "\" is proved to be the best of these.\n"

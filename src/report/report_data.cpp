@@ -60,8 +60,7 @@ std::string stated_meaning(const ReportInput& input) {
   const localise::Statement& statement = *input.statement;
   if (statement.ambiguous) {
     return "The data are ambiguous: motions too far apart explain them nearly equally well, so no single "
-           "error is "
-           "stated. What follows holds only if the first of the solutions below is the true one. ";
+           "error is stated. What follows holds only if the first of the solutions below is the true one. ";
   }
   if (!std::isfinite(statement.stated_rms_m)) {
     return "No error can be stated: what linearising the measurements leaves out could not be bounded. The "
@@ -405,8 +404,7 @@ std::vector<std::string> warnings(const ReportInput& input) {
       case localise::Consistency::kNoBound:
         list.push_back(
             "No error is stated: the estimate may be so far from the path linearised about, compared with "
-            "the "
-            "distance to a station, that the remainder of a measurement cannot be bounded.");
+            "the distance to a station, that the remainder of a measurement cannot be bounded.");
         break;
     }
   }
