@@ -13,6 +13,7 @@
 #include <Eigen/Core>
 #include <Eigen/LU>
 
+#include "trammel/filter/minimise.hpp"
 #include "trammel/linalg/cholesky.hpp"
 #include "trammel/localise/levenberg_marquardt.hpp"
 #include "trammel/localise/stated_value.hpp"
@@ -258,35 +259,13 @@ class KalmanSmoother {
 
   /// Golden section over one logarithm of an intensity.
   double maximise(Eigen::Vector2d at, Eigen::Index i) {
-    const auto value = [&](double x) {
+    const auto unlikelihood = [&](double x) {
       at(i) = x;
       const double likelihood = filter(at.array().exp(), false);
-      return std::isfinite(likelihood) ? likelihood : -std::numeric_limits<double>::infinity();
+      return std::isfinite(likelihood) ? -likelihood : std::numeric_limits<double>::infinity();
     };
-    constexpr double kGolden = 0.6180339887498949;
-    constexpr int kSteps = 14;  // 20 x 0.618^14: 2 % of the intensity
-    double low = -12.0;
-    double high = 8.0;
-    double a = high - kGolden * (high - low);
-    double b = low + kGolden * (high - low);
-    double fa = value(a);
-    double fb = value(b);
-    for (int step = 0; step < kSteps; ++step) {
-      if (fa > fb) {
-        high = b;
-        b = a;
-        fb = fa;
-        a = high - kGolden * (high - low);
-        fa = value(a);
-      } else {
-        low = a;
-        a = b;
-        fa = fb;
-        b = low + kGolden * (high - low);
-        fb = value(b);
-      }
-    }
-    return (low + high) / 2;
+    constexpr double kWidth = 1.2e-3;  // of 20: 2 % of the intensity
+    return filter::minimise(unlikelihood, -12.0, 8.0, kWidth).point(0);
   }
 
   const Scenario& scenario_;

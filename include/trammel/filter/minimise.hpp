@@ -23,8 +23,10 @@ struct Minimum {
 [[nodiscard]] Minimum minimise(const std::function<double(const Eigen::VectorXd&)>& function,
                                const Eigen::VectorXd& start, double step);
 
-/// Minimum of a function with one valley on [low, high] by golden section, to relative 1e-10 of the interval.
-[[nodiscard]] Minimum minimise(const std::function<double(double)>& function, double low, double high);
+/// Minimum of a function with one valley on [low, high] by golden section, to `relative_width` of the
+/// interval.
+[[nodiscard]] Minimum minimise(const std::function<double(double)>& function, double low, double high,
+                               double relative_width = 1e-10);
 
 }  // namespace trammel::inline TRAMMEL_ABI::filter
 

@@ -89,9 +89,10 @@ TRAMMEL_INLINE Minimum minimise(const std::function<double(const Eigen::VectorXd
   return best;
 }
 
-TRAMMEL_INLINE Minimum minimise(const std::function<double(double)>& function, double low, double high) {
+TRAMMEL_INLINE Minimum minimise(const std::function<double(double)>& function, double low, double high,
+                                double relative_width) {
   const double golden = 0.5 * (std::sqrt(5.0) - 1.0);
-  const double tolerance = 1e-10 * (high - low);
+  const double tolerance = relative_width * (high - low);
   double left = high - golden * (high - low);
   double right = low + golden * (high - low);
   double at_left = function(left);
