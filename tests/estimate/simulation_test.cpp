@@ -9,6 +9,7 @@
 
 #include "trammel/core/random.hpp"
 #include "trammel/estimate/bounded_motion.hpp"
+#include "trammel/estimate/deviated_path.hpp"
 #include "trammel/estimate/simulate_measurements.hpp"
 #include "trammel/estimate/trajectory_estimate.hpp"
 #include "trammel/minimax/solve.hpp"
@@ -123,20 +124,6 @@ INSTANTIATE_TEST_SUITE_P(Estimate, Simulation,
                                          zoo::paper004(), biased()),
                          [](const auto& tested) { return std::string(tested.param.name); });
 
-/// A motion of the spline class as a true path.
-struct SplinePath {
-  trajectory::NominalTrajectory nominal;
-  trajectory::QuadraticSpline<double> deviation;
-
-  [[nodiscard]] Eigen::Vector3d position(double t) const {
-    return nominal.position(t) + deviation.position(t);
-  }
-  [[nodiscard]] Eigen::Vector3d velocity(double t) const {
-    return nominal.velocity(t) + deviation.velocity(t);
-  }
-  [[nodiscard]] bool covers(double t) const { return deviation.basis().covers(t); }
-};
-
 // From simulated files to the estimate: a linear sensor, so that the guarantee holds as it stands, at every
 // time.
 /// What differs from the plain case.
@@ -186,8 +173,8 @@ TEST_P(WholeWay, KeepsTheGuaranteeAtEveryTime) {
   const TrajectoryProblem assembled = assemble(scenario);
   Eigen::VectorXd theta = Eigen::VectorXd::Zero(18);
   theta << 115.0, -57.0, 28.0, 5.0, -5.0, 5.0, 1.7, 1.7, 1.7, -1.7, 1.7, 1.7, 1.7, -1.7, 1.7, -1.7, -1.7, 1.7;
-  const SplinePath truth{assembled.nominal,
-                         assembled.coordinates.spline(assembled.coordinates.from_motion(theta))};
+  const estimate::DeviatedPath truth{assembled.nominal,
+                                     assembled.coordinates.spline(assembled.coordinates.from_motion(theta))};
   std::vector<Mean> at_time;
   std::vector<double> guaranteed;
   Mean chi2;
