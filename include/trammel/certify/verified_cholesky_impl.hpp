@@ -19,11 +19,14 @@ inline constexpr double kSmallest = 0x1p-1074;
 /// Diagonal entries outside are left to fail: their scaling would not be exact.
 inline constexpr double kLargestDiagonal = 0x1p900;
 
-/// Plain factorisation in place, true division and square root; false at the first pivot that is not
-/// positive and finite.
-inline bool cholesky_succeeds(Eigen::MatrixXd& a) {
+/// Columns eliminated together.
+inline constexpr Eigen::Index kPanel = 32;
+
+/// Factorises the columns first..first+width-1, rows below included, in place: true division and square
+/// root; false at the first pivot that is not positive and finite.
+inline bool factorise_panel(Eigen::MatrixXd& a, Eigen::Index first, Eigen::Index width) {
   const Eigen::Index n = a.rows();
-  for (Eigen::Index k = 0; k < n; ++k) {
+  for (Eigen::Index k = first; k < first + width; ++k) {
     double* const pivot_column = a.data() + k * n;
     if (!(pivot_column[k] > 0.0 && std::isfinite(pivot_column[k]))) {
       return false;
@@ -32,12 +35,31 @@ inline bool cholesky_succeeds(Eigen::MatrixXd& a) {
     for (Eigen::Index i = k + 1; i < n; ++i) {
       pivot_column[i] /= pivot;
     }
-    for (Eigen::Index j = k + 1; j < n; ++j) {
+    for (Eigen::Index j = k + 1; j < first + width; ++j) {
       double* const column = a.data() + j * n;
       const double factor = pivot_column[j];
       for (Eigen::Index i = j; i < n; ++i) {
         column[i] -= pivot_column[i] * factor;
       }
+    }
+  }
+  return true;
+}
+
+/// Factorisation of the lower triangle in place, by panels: the order of summation, which the bound of its
+/// rounding errors leaves open, is all that distinguishes it from the plain one.
+inline bool cholesky_succeeds(Eigen::MatrixXd& a) {
+  const Eigen::Index n = a.rows();
+  for (Eigen::Index first = 0; first < n; first += kPanel) {
+    const Eigen::Index width = std::min(kPanel, n - first);
+    if (!factorise_panel(a, first, width)) {
+      return false;
+    }
+    const Eigen::Index next = first + width;
+    for (Eigen::Index column = next; column < n; column += kPanel) {
+      const Eigen::Index columns = std::min(kPanel, n - column);
+      a.block(column, column, n - column, columns).noalias() -=
+          a.block(column, first, n - column, width) * a.block(column, first, columns, width).transpose();
     }
   }
   return true;
