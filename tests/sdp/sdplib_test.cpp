@@ -48,17 +48,18 @@ TEST_P(Sdplib, ReachesTheOptimum) {
   }
 }
 
-// No interior on one side: gpp, hinf, qap.
+// No interior on one side: gpp (a face that one constraint shows), hinf, qap.
 INSTANTIATE_TEST_SUITE_P(
     Easy, Sdplib,
     testing::Values(
         Instance{"arch0", 5.6651727321592960e-01, 1e-6}, Instance{"arch4", 9.7262741740980896e-01, 1e-6},
         Instance{"control1", 1.7784626717523405e+01, 1e-6},
         Instance{"control3", 1.3633266228377314e+01, 1e-6},
-        Instance{"control5", 1.6883599050955794e+01, 1e-6}, Instance{"gpp100", -4.4943550773511170e+01, 1e-4},
-        Instance{"gpp124-1", -7.3430762628713104e+00, 1e-4},
-        Instance{"gpp124-3", -1.5301412729424527e+02, 1e-4},
-        Instance{"gpp250-2", -8.1868958839472995e+01, 1e-4}, Instance{"hinf1", 2.0325956131225920e+00, 1e-4},
+        Instance{"control5", 1.6883599050955794e+01, 1e-6}, Instance{"gpp100", -4.4943550773511170e+01, 1e-6},
+        Instance{"gpp124-1", -7.3430762628713104e+00, 1e-6},
+        Instance{"gpp124-3", -1.5301412729424527e+02, 1e-6},
+        Instance{"gpp250-2", -8.1868958839472995e+01, 1e-6},
+        Instance{"gpp500-1", -2.5320543873217648e+01, 1e-6}, Instance{"hinf1", 2.0325956131225920e+00, 1e-4},
         Instance{"hinf10", 1.0871168532001478e+02, 1e-4}, Instance{"hinf13", 4.4348500978774837e+01, 1e-4},
         Instance{"hinf2", 1.0967055621049257e+01, 1e-4}, Instance{"hinf5", 3.6219553069603279e+02, 1e-4},
         Instance{"hinf8", 1.1614634285873923e+02, 1e-4}, Instance{"mcp100", 2.2615735148330884e+02, 1e-6},

@@ -10,8 +10,9 @@
 
 #include "trammel/core/error.hpp"
 #include "trammel/linalg/dense_kernels.hpp"
-#include "trammel/linalg/extended_double.hpp"
 #include "trammel/linalg/symmetric_eigen.hpp"
+#include "trammel/sdp/detail/combination.hpp"
+#include "trammel/sdp/detail/face.hpp"
 #include "trammel/sdp/detail/model.hpp"
 #include "trammel/sdp/detail/outcome.hpp"
 #include "trammel/sdp/solve.hpp"
@@ -34,41 +35,6 @@ void for_each_product(const Problem& problem, const BlockMatrix& matrix, Add&& a
     const Eigen::MatrixXd product = matrix[static_cast<std::size_t>(t.block)] * t.vectors;
     add(t.variable, (t.vectors.cwiseProduct(product) * t.weights).sum());
   }
-}
-
-/// sum x_i F_i - constant F_0, rounded once, so that it is right for large x_i too.
-inline BlockMatrix combine(const Problem& problem, const Eigen::VectorXd& x, double constant) {
-  using Number = linalg::ExtendedDouble;
-  std::vector<linalg::DenseMatrix<Number>> sum;
-  for (const Block& block : problem.blocks) {
-    sum.emplace_back(
-        linalg::DenseMatrix<Number>::Zero(block.size, block.kind == BlockKind::kDense ? block.size : 1));
-  }
-  for (const Entry& e : problem.entries) {
-    const auto b = static_cast<std::size_t>(e.block);
-    const Number value = Number(e.value) * Number(e.variable == kConstant ? -constant : x[e.variable]);
-    if (problem.blocks[b].kind != BlockKind::kDense) {
-      sum[b](e.row, 0) += value;
-      continue;
-    }
-    sum[b](e.row, e.column) += value;
-    if (e.row != e.column) {
-      sum[b](e.column, e.row) += value;
-    }
-  }
-  for (const LowRankTerm& t : problem.low_rank) {
-    const linalg::DenseMatrix<Number> vectors = t.vectors.cast<Number>();
-    linalg::DenseMatrix<Number> scaled = vectors;
-    for (Eigen::Index k = 0; k < scaled.cols(); ++k) {
-      scaled.col(k) *= Number(x[t.variable]) * Number(t.weights[k]);
-    }
-    linalg::Dense<Number>::add_product_nt(scaled, vectors, 1.0, sum[static_cast<std::size_t>(t.block)]);
-  }
-  BlockMatrix rounded;
-  for (const linalg::DenseMatrix<Number>& block : sum) {
-    rounded.push_back(block.cast<double>());
-  }
-  return rounded;
 }
 
 /// max(0, -lambda_min) over the blocks with a sign; free blocks count only where `free_counts`.
@@ -240,6 +206,65 @@ inline void attach_ray(const Problem& problem, Solution& solution) {
   }
 }
 
+/// Objectives, error measures and ray from x, X and Y.
+inline void evaluate(const Problem& problem, Solution& solution) {
+  solution.primal_objective = problem.cost.dot(solution.x);
+  solution.dual_objective = constant_times(problem, solution.multiplier);
+  solution.dimacs = dimacs_errors(problem, solution.x, solution.slack, solution.multiplier);
+  round_slack(problem, solution);
+  attach_ray(problem, solution);
+}
+
+inline Solution solve_as_given(const Problem& problem, const Settings& settings,
+                               const ProgressObserver& observe) {
+  const Model model = reduce(problem);
+  auto [outcome, precision] = run_passes(model, settings, observe);
+  Solution solution;
+  solution.status = outcome.status;
+  solution.precision = precision;
+  solution.x = std::move(outcome.best.x);
+  solution.slack = expand(problem, model, outcome.best.slack);
+  solution.multiplier = expand(problem, model, outcome.best.multiplier);
+  if (const Eigen::Index i = unconstrained_variable(problem); i >= 0) {
+    solution.status = Status::kDualInfeasible;
+    solution.x = Eigen::VectorXd::Zero(problem.cost.size());
+    solution.x[i] = problem.cost[i] > 0.0 ? -1.0 : 1.0;
+  }
+  evaluate(problem, solution);
+  solution.iterations = outcome.iterations;
+  solution.timings.schur_assembly_s = outcome.assembly_s;
+  solution.timings.schur_factor_s = outcome.factor_s;
+  solution.sparse_schur = outcome.sparse_schur;
+  return solution;
+}
+
+/// Solves the program on the faces; where its answer does not serve the whole, the program as given too.
+inline Solution solve_on_faces(const Problem& problem, const std::vector<Face>& faces,
+                               const Settings& settings, const ProgressObserver& observe) {
+  constexpr double kShare = 0.5;  // of the tolerances, that finite variables of the faces may use up
+  const FaceProblem on_faces = restrict_to(problem, faces);
+  Solution solution = solve_as_given(on_faces.problem, settings, observe);
+  if (solution.status == Status::kDualInfeasible) {
+    const double objective = std::abs(on_faces.problem.cost.dot(solution.x));
+    lift(problem, faces, on_faces.kept, 0.0, kShare * settings.infeasibility_tolerance * objective, solution);
+  } else {
+    lift(problem, faces, on_faces.kept, 1.0, kShare * settings.tolerance * (1.0 + largest_constant(problem)),
+         solution);
+  }
+  evaluate(problem, solution);
+  const bool serves = solution.status == Status::kOptimal
+                          ? largest(solution.dimacs) <= settings.acceptable_tolerance
+                          : solution.ray_violation <= settings.infeasibility_tolerance;
+  if (serves) {
+    return solution;
+  }
+  Solution whole = solve_as_given(problem, settings, observe);
+  whole.iterations += solution.iterations;
+  whole.timings.schur_assembly_s += solution.timings.schur_assembly_s;
+  whole.timings.schur_factor_s += solution.timings.schur_factor_s;
+  return whole;
+}
+
 }  // namespace detail
 
 TRAMMEL_INLINE DimacsErrors dimacs_errors(const Problem& problem, const Eigen::VectorXd& x,
@@ -275,28 +300,9 @@ TRAMMEL_INLINE Solution solve(const Problem& problem, const Settings& settings,
   const auto begin = std::chrono::steady_clock::now();
   validate(problem);
   trammel::validate(settings, "sdp.settings");
-  const detail::Model model = detail::reduce(problem);
-  auto [outcome, precision] = detail::run_passes(model, settings, observe);
-  Solution solution;
-  solution.status = outcome.status;
-  solution.precision = precision;
-  solution.x = std::move(outcome.best.x);
-  solution.slack = detail::expand(problem, model, outcome.best.slack);
-  solution.multiplier = detail::expand(problem, model, outcome.best.multiplier);
-  if (const Eigen::Index i = detail::unconstrained_variable(problem); i >= 0) {
-    solution.status = Status::kDualInfeasible;
-    solution.x = Eigen::VectorXd::Zero(problem.cost.size());
-    solution.x[i] = problem.cost[i] > 0.0 ? -1.0 : 1.0;
-  }
-  solution.primal_objective = problem.cost.dot(solution.x);
-  solution.dual_objective = detail::constant_times(problem, solution.multiplier);
-  solution.dimacs = dimacs_errors(problem, solution.x, solution.slack, solution.multiplier);
-  detail::round_slack(problem, solution);
-  detail::attach_ray(problem, solution);
-  solution.iterations = outcome.iterations;
-  solution.timings.schur_assembly_s = outcome.assembly_s;
-  solution.timings.schur_factor_s = outcome.factor_s;
-  solution.sparse_schur = outcome.sparse_schur;
+  const std::vector<detail::Face> faces = detail::find_faces(problem);
+  Solution solution = faces.empty() ? detail::solve_as_given(problem, settings, observe)
+                                    : detail::solve_on_faces(problem, faces, settings, observe);
   solution.timings.total_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return solution;
 }
