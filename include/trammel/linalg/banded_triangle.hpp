@@ -3,6 +3,7 @@
 /// Orthogonal reduction of very many short rows to a banded triangle.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -65,19 +66,30 @@ class BandedRows {
   /// The factor of everything added so far.
   [[nodiscard]] ReducedRows reduce() const {
     const Eigen::Index border = corner_.rows();
-    const Eigen::Index behind = border + 1;  // columns after the band: border and right-hand side
     Eigen::MatrixXd factor = Eigen::MatrixXd::Zero(columns(), columns());
     Eigen::VectorXd rhs = Eigen::VectorXd::Zero(columns());
-    double residual = residual_;
     Eigen::Index used = 0;
-    const auto keep = [&](const Eigen::RowVectorXd& band, Eigen::Index first,
-                          const Eigen::RowVectorXd& rest) {
+    const double residual = merge([&](Eigen::Index first, const auto& band, const auto& rest) {
       if (!band.isZero(0.0)) {
         factor.row(used).segment(first, band.size()) = band;
-        factor.row(used).tail(border) = rest.head(border);
+        factor.row(used).tail(rest.size() - 1) = rest.head(rest.size() - 1);
         rhs(used++) = rest(border);
       }
-    };
+    });
+    factor.conservativeResize(used, Eigen::NoChange);
+    rhs.conservativeResize(used);
+    return {std::move(factor), std::move(rhs), residual};
+  }
+
+  /// Calls `keep(first, band, rest)` for each row of the triangle from the first to the last, zero rows
+  /// included: entries `band` in the columns first.., then (for rows of the band) those of the border and the
+  /// right-hand side in `rest`. Rows of the border have their entries in `band` and `rest`. Returns the
+  /// residual.
+  template <class Keep>
+  [[nodiscard]] double merge(Keep&& keep) const {
+    const Eigen::Index border = corner_.rows();
+    const Eigen::Index behind = border + 1;  // columns after the band: border and right-hand side
+    double residual = residual_;
     Rows corner = corner_;
     Rows carried = Rows::Zero(Width, row_.size());  // rows of the blocks before, in the columns of this block
     const auto blocks = static_cast<Eigen::Index>(triangles_.size());
@@ -89,7 +101,7 @@ class BandedRows {
       }
       const int done = b + 1 < blocks ? Step : Width;
       for (int k = 0; k < done; ++k) {
-        keep(triangle.row(k).template head<Width>(), Step * b, triangle.row(k).tail(behind));
+        keep(Step * b, triangle.row(k).template head<Width>(), triangle.row(k).tail(behind));
       }
       carried.setZero();
       for (int k = Step; k < Width; ++k) {
@@ -99,12 +111,20 @@ class BandedRows {
       }
     }
     for (Eigen::Index k = 0; k < border; ++k) {
-      const Eigen::RowVectorXd row = corner.row(k);
-      keep(row.head(border), band_columns(), row);
+      keep(band_columns(), corner.row(k).head(border), corner.row(k));
     }
-    factor.conservativeResize(used, Eigen::NoChange);
-    rhs.conservativeResize(used);
-    return {std::move(factor), std::move(rhs), residual};
+    return residual;
+  }
+
+  /// The rows of `count` blocks from `first` on, in columns counted from the first of these. The residual of
+  /// single rows stays behind.
+  [[nodiscard]] BandedRows part(Eigen::Index first, Eigen::Index count) const {
+    require(first >= 0 && count >= 1 && first + count <= static_cast<Eigen::Index>(triangles_.size()),
+            "blocks", std::to_string(first) + " to " + std::to_string(first + count),
+            "some of the " + std::to_string(triangles_.size()) + " there are");
+    BandedRows result(count, corner_.rows());
+    std::copy_n(triangles_.begin() + first, count, result.triangles_.begin());
+    return result;
   }
 
  private:

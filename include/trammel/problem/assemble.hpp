@@ -114,6 +114,12 @@ struct RelativeMotion {
   return result;
 }
 
+/// What `assemble` returns without its matrices: coordinates, paths, what the measurements are linearised
+/// about. O(n + r) time and memory for n measurements and r segments. Throws Error as `check` does.
+[[nodiscard]] TrajectoryProblem describe_problem(const Scenario& scenario,
+                                                 const trajectory::QuadraticSpline<double>* about = nullptr,
+                                                 const std::vector<double>& time_offsets_s = {});
+
 /// Writes the guaranteed problem of a scenario: linearises the measurements about the reference, whitens
 /// them, and reduces them to a triangle.
 ///

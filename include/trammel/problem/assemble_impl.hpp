@@ -12,6 +12,7 @@
 #include "trammel/linalg/qr.hpp"
 #include "trammel/problem/assemble.hpp"
 #include "trammel/problem/noise.hpp"
+#include "trammel/problem/whitened_rows.hpp"
 #include "trammel/sensor/any_sensor.hpp"
 #include "trammel/trajectory/criterion_factor.hpp"
 #include "trammel/trajectory/motion_parameters.hpp"
@@ -47,12 +48,6 @@ inline void check_criterion(const Scenario& scenario, const trajectory::SplineBa
                    "a begin before the end"});
     }
   }
-}
-
-/// Name of a station in messages.
-inline std::string station_label(const Scenario& scenario, std::size_t station) {
-  const std::string& name = scenario.stations[station].name;
-  return name.empty() ? "station " + std::to_string(station) : "station '" + name + "'";
 }
 
 inline void check_stations(const Scenario& scenario) {
@@ -126,17 +121,6 @@ inline Eigen::MatrixXd axis_criterion(const Scenario& scenario, const trajectory
   return trajectory::integral_factor(basis, basis.begin_s(), basis.end_s());
 }
 
-/// factor (x) I_3: the same rows for each of the three axes.
-inline Eigen::MatrixXd for_three_axes(const Eigen::MatrixXd& factor) {
-  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(3 * factor.rows(), 3 * factor.cols());
-  for (Eigen::Index i = 0; i < factor.rows(); ++i) {
-    for (Eigen::Index j = 0; j < factor.cols(); ++j) {
-      result.block<3, 3>(3 * i, 3 * j).diagonal().setConstant(factor(i, j));
-    }
-  }
-  return result;
-}
-
 /// Replaces more rows than columns by a triangle with the same products; reduces `rhs` along.
 inline void compress(Eigen::MatrixXd& factor, Eigen::VectorXd& rhs, double& residual) {
   const Eigen::Index p = factor.cols();
@@ -152,61 +136,12 @@ inline void compress(Eigen::MatrixXd& factor, Eigen::VectorXd& rhs, double& resi
 
 /// All measurements, whitened and linearised, reduced to a triangle in the spline coefficients and biases.
 inline linalg::ReducedRows reduce_measurements(const Scenario& scenario, const TrajectoryProblem& problem) {
-  std::vector<Eigen::Matrix3d> noise;
-  for (std::size_t i = 0; i < scenario.stations.size(); ++i) {
-    const Station& station = scenario.stations[i];
-    noise.push_back(noise_factor(station.covariance, components(station.kind), station_label(scenario, i)));
-  }
-  const trajectory::SplineBasis& basis = problem.coordinates.basis();
-  const std::vector<BiasParameter>& biases = problem.coordinates.bias_parameters();
-  linalg::BandedRows<9, 3> rows(basis.segments(), static_cast<Eigen::Index>(biases.size()));
-  for_each_measurement(scenario, [&](const MeasurementSite& site) {
-    const Station& station = scenario.stations[site.station];
-    const double offset_s = problem.time_offsets_s[site.station];
-    const RelativeMotion motion = linearised_motion(problem, site.station, site.t_s);
-    sensor::Linearised model;
-    try {
-      model = sensor::linearise(station.kind, motion.position_m, motion.velocity_mps);
-    } catch (const Error& error) {
-      throw Error({describe(scenario, site) + ", " + error.detail().where, error.detail().found,
-                   error.detail().expected});
-    }
-    const sensor::Padded rate = time_rate(model, motion);
-    Eigen::Matrix3d own;
-    const Eigen::Matrix3d* lower = &noise[site.station];
-    sensor::Padded deviation = sensor::Padded::Zero();
-    if (site.observation != nullptr) {
-      if (site.observation->covariance) {
-        own = noise_factor(*site.observation->covariance, components(station.kind), describe(scenario, site));
-        lower = &own;
-      }
-      deviation = sensor::difference(station.kind, sensor::padded(site.observation->value), model.value) +
-                  rate * offset_s;
-      if (problem.linearised_about) {
-        deviation += model.J_value_position * problem.linearised_about->position(site.t_s + offset_s) +
-                     model.J_value_velocity * problem.linearised_about->velocity(site.t_s + offset_s);
-      }
-    }
-    Eigen::Matrix<double, 3, Eigen::Dynamic> J_bias = bias_columns(biases, site.station, rate);
-    const auto whiten = lower->triangularView<Eigen::Lower>();
-    whiten.solveInPlace(model.J_value_position);
-    whiten.solveInPlace(model.J_value_velocity);
-    whiten.solveInPlace(J_bias);
-    whiten.solveInPlace(deviation);
-    const trajectory::LocalBasis<double> local = basis.at(site.t_s + offset_s);
-    for (Eigen::Index i = 0; i < components(station.kind); ++i) {
-      Eigen::Matrix<double, 1, 9> row;
-      for (Eigen::Index k = 0; k < 3; ++k) {
-        row.segment<3>(3 * k) =
-            local.value(k) * model.J_value_position.row(i) + local.rate(k) * model.J_value_velocity.row(i);
-      }
-      if (!row.allFinite() || !J_bias.allFinite()) {
-        throw Error(
-            {describe(scenario, site), "a derivative that is not finite", "a path away from the station"});
-      }
-      rows.add(local.first, row, J_bias.row(i), deviation(i));
-    }
-  });
+  linalg::BandedRows<9, 3> rows(problem.coordinates.basis().segments(),
+                                static_cast<Eigen::Index>(problem.coordinates.bias_parameters().size()));
+  for_each_whitened_row(
+      scenario, problem,
+      [&](Eigen::Index segment, const Eigen::Matrix<double, 1, 9>& row, const Eigen::RowVectorXd& biases,
+          double deviation) { rows.add(segment, row, biases, deviation); });
   return rows.reduce();
 }
 
@@ -359,9 +294,9 @@ TRAMMEL_INLINE RelativeMotion linearised_motion(const TrajectoryProblem& problem
   return motion;
 }
 
-TRAMMEL_INLINE TrajectoryProblem assemble(const Scenario& scenario,
-                                          const trajectory::QuadraticSpline<double>* about,
-                                          const std::vector<double>& time_offsets_s) {
+TRAMMEL_INLINE TrajectoryProblem describe_problem(const Scenario& scenario,
+                                                  const trajectory::QuadraticSpline<double>* about,
+                                                  const std::vector<double>& time_offsets_s) {
   check(scenario);
   require(time_offsets_s.empty() || time_offsets_s.size() == scenario.stations.size(), "time_offsets_s",
           std::to_string(time_offsets_s.size()) + " entries", "one per station, or none");
@@ -380,12 +315,18 @@ TRAMMEL_INLINE TrajectoryProblem assemble(const Scenario& scenario,
       .time_offsets_s = time_offsets_s};
   result.time_offsets_s.resize(scenario.stations.size(), 0.0);
   for_each_measurement(scenario, [&](const MeasurementSite& /*site*/) { ++result.observations; });
+  return result;
+}
 
+TRAMMEL_INLINE TrajectoryProblem assemble(const Scenario& scenario,
+                                          const trajectory::QuadraticSpline<double>* about,
+                                          const std::vector<double>& time_offsets_s) {
+  TrajectoryProblem result = describe_problem(scenario, about, time_offsets_s);
   linalg::ReducedRows reduced = detail::reduce_measurements(scenario, result);
   result.problem.information_factor = result.coordinates.restrict_rows(reduced.factor);
   detail::compress(result.problem.information_factor, reduced.rhs, reduced.residual);
-  result.problem.criterion_factor =
-      result.coordinates.restrict_rows(detail::for_three_axes(detail::axis_criterion(scenario, basis)));
+  result.problem.criterion_factor = result.coordinates.restrict_rows(
+      trajectory::for_three_axes(detail::axis_criterion(scenario, result.coordinates.basis())));
   detail::add_ellipsoids(scenario.bounds, result);
 
   const Eigen::VectorXd scale = detail::column_scale(result.problem);

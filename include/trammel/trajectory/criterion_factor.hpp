@@ -26,9 +26,10 @@ struct GaussRule {
   return {{0.5 - offset, 0.5, 0.5 + offset}, {5.0 / 18, 8.0 / 18, 5.0 / 18}};
 }
 
-/// Factor C of one axis, at most (r + 2) x (r + 2), with |C c|^2 = 1/(end - begin) int x(t)^2 dt over
-/// [begin, end], for x(t) = sum_j c_j B_j(t). Exact. Throws Error unless begin < end are within the knots.
-[[nodiscard]] inline Eigen::MatrixXd integral_factor(const SplineBasis& basis, double begin_s, double end_s) {
+/// Rows whose squares sum to the integral mean of x(t)^2 over [begin, end], for x(t) = sum_j c_j B_j(t), one
+/// axis. Exact. Throws Error unless begin < end are within the knots.
+[[nodiscard]] inline linalg::BandedRows<3, 1> integral_rows(const SplineBasis& basis, double begin_s,
+                                                            double end_s) {
   basis.require_covers(begin_s, "criterion window begin");
   basis.require_covers(end_s, "criterion window end");
   if (!(begin_s < end_s)) {
@@ -48,7 +49,13 @@ struct GaussRule {
       rows.add(i, weight * basis.on_segment(i, from + rule.node[q] * length).value, 0.0);
     }
   }
-  return rows.reduce().factor;
+  return rows;
+}
+
+/// Factor C of one axis, at most (r + 2) x (r + 2), with |C c|^2 = 1/(end - begin) int x(t)^2 dt over
+/// [begin, end]: the triangle of integral_rows.
+[[nodiscard]] inline Eigen::MatrixXd integral_factor(const SplineBasis& basis, double begin_s, double end_s) {
+  return integral_rows(basis, begin_s, end_s).reduce().factor;
 }
 
 /// The same for the mean over given times. Throws Error for no times or times outside the knots.
@@ -65,6 +72,17 @@ struct GaussRule {
     rows.add(local.first, weight * local.value, 0.0);
   }
   return rows.reduce().factor;
+}
+
+/// factor (x) I_3: the same rows for each of the three axes.
+[[nodiscard]] inline Eigen::MatrixXd for_three_axes(const Eigen::MatrixXd& factor) {
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(3 * factor.rows(), 3 * factor.cols());
+  for (Eigen::Index i = 0; i < factor.rows(); ++i) {
+    for (Eigen::Index j = 0; j < factor.cols(); ++j) {
+      result.block<3, 3>(3 * i, 3 * j).diagonal().setConstant(factor(i, j));
+    }
+  }
+  return result;
 }
 
 }  // namespace trammel::inline TRAMMEL_ABI::trajectory
