@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <string>
 
 #include "trammel/core/error.hpp"
@@ -224,11 +225,11 @@ TRAMMEL_INLINE double quantile(std::vector<double> values, double probability) {
   if (values.empty()) {
     return std::numeric_limits<double>::quiet_NaN();
   }
-  std::sort(values.begin(), values.end());
   const double place = probability * static_cast<double>(values.size() - 1);
-  const auto below = static_cast<std::size_t>(place);
-  const std::size_t above = std::min(below + 1, values.size() - 1);
-  return values[below] + (place - static_cast<double>(below)) * (values[above] - values[below]);
+  const auto below = values.begin() + static_cast<std::ptrdiff_t>(place);
+  std::nth_element(values.begin(), below, values.end());
+  const auto above = below + 1 == values.end() ? below : std::min_element(below + 1, values.end());
+  return *below + (place - std::floor(place)) * (*above - *below);
 }
 
 TRAMMEL_INLINE MonteCarloResult simulate(const FlightLoop& loop, const MonteCarloSettings& settings,
