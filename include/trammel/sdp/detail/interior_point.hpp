@@ -363,24 +363,36 @@ class InteriorPoint {
         (Scalar(step_x_) * cost_.dot(dx_) - Scalar(step_y_) * dual_change_) / objective_size_);
     const bool crossed = gap < 0.0 && gap_step < gap;
     const bool wanted = aim_ == Aim::kRegularised ? gap <= settings_.tolerance : crossed && diverging();
-    if (!wanted || dual_error_ > kCrossing * settings_.tolerance) {
+    const bool late = only_residual_left();
+    if (!late && (!wanted || dual_error_ > kCrossing * settings_.tolerance)) {
       return false;
     }
     Iterate here;
     keep(here);
-    if (crossed) {
+    if (crossed && !late) {
       const double back = gap / gap_step;
       move(-back * step_x_, -back * step_y_);
       measure();
     }
     project_multiplier();
-    const bool fine = error_ <= settings_.acceptable_tolerance;
+    // Once more of the same is no better, what is acceptable has to do.
+    const bool wait = late && error_ > settings_.tolerance && error_ < kRealProgress * late_error_;
+    const bool fine = error_ <= settings_.acceptable_tolerance && !wait;
     if (!fine) {
+      next_late_ = iteration_ + kLatePause;
+      late_error_ = error_;
       negative_y_ = 0.0;
       restore(here);
       measure();
     }
     return fine;
+  }
+
+  /// Whether rounding errors in the constraints <F_i, Y> = c_i alone keep the error up.
+  [[nodiscard]] bool only_residual_left() const {
+    const auto complementarity = static_cast<double>(mu_ * Scalar(total_size_) / objective_size_);
+    return iteration_ >= next_late_ && dual_error_ > settings_.tolerance &&
+           std::max(complementarity, primal_error_) <= settings_.tolerance;
   }
 
   /// Whether x has grown since the middle of the way: the sign of a problem without interior points.
@@ -690,6 +702,7 @@ class InteriorPoint {
   static constexpr double kFloor = 0.1;          // residual that regularising leaves, in tolerances
   static constexpr double kCrossing = 1.0;       // largest residual with which the gap is closed, likewise
   static constexpr double kNoViolation = 0.01;   // residual not worth moving Y, likewise
+  static constexpr int kLatePause = 4;           // iterations until the residual is tried to be removed again
   static constexpr double kMidway = 1e-2;        // error at which the size of x is remembered,
   static constexpr double kDiverging = 3.0;      // and growth from there on that bounded x do not show
   static constexpr double kPoor = 1e-8;          // relative residual of a system that asks for M instead of B
@@ -719,6 +732,8 @@ class InteriorPoint {
   SmallPivots small_pivots_ = SmallPivots::kHold;
   int iteration_ = 0;
   int last_progress_ = 0;
+  int next_late_ = 0;  ///< first iteration that may try to remove the residual alone
+  double late_error_ = std::numeric_limits<double>::infinity();  ///< what was left the last time
   Vector x_;
   Vector free_;
   Vector dx_;
