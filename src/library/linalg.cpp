@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "trammel/linalg/cholesky.hpp"
 #include "trammel/linalg/eigenvalues.hpp"
+#include "trammel/linalg/gram_eigen_impl.hpp"
 #include "trammel/linalg/lu.hpp"
 #include "trammel/linalg/qr.hpp"
 #include "trammel/linalg/stacked_triangle_impl.hpp"
 #include "trammel/linalg/svd.hpp"
 #include "trammel/linalg/symmetric_eigen.hpp"
+#include "trammel/linalg/tridiagonal_eigen_impl.hpp"
+#include "trammel/linalg/tridiagonal_form_impl.hpp"
 
 template class Eigen::LLT<Eigen::MatrixXd>;
 template class Eigen::LDLT<Eigen::MatrixXd>;
