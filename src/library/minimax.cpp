@@ -5,4 +5,5 @@
 #include "trammel/minimax/prior_state_impl.hpp"
 #include "trammel/minimax/reduced_solution_impl.hpp"
 #include "trammel/minimax/reduction_impl.hpp"
+#include "trammel/minimax/separable_gram_impl.hpp"
 #include "trammel/minimax/solve_impl.hpp"

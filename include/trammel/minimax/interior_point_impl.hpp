@@ -148,11 +148,7 @@ TRAMMEL_INLINE void InteriorPoint::newton_step() {
 
 /// bound_sum_ = sum lambda_l h_l.
 TRAMMEL_INLINE void InteriorPoint::sum_bounds() {
-  for (Eigen::Index l = 0; l < slack_.size(); ++l) {
-    const auto at = static_cast<std::size_t>(l);
-    row_weight_.segment(problem_.first_row[at], problem_.first_row[at + 1] - problem_.first_row[at])
-        .setConstant(multipliers_[l]);
-  }
+  per_row(multipliers_, problem_.first_row, row_weight_);
   weighted_.noalias() = row_weight_.asDiagonal() * state_.bounds;
   bound_sum_.noalias() = state_.bounds.transpose() * weighted_;
 }

@@ -31,13 +31,20 @@ namespace trammel::inline TRAMMEL_ABI::minimax {
 ///   + b_j)).
 ///
 /// Method: primal-dual predictor-corrector in (lambda, t), t_l = 1 - <H_l, V>.
-/// Guarantee: none by itself; the result (V and lambda only) is a start for InteriorPoint, which needs one to
-/// four steps from there to a certified interval. Where V is not positive definite the status is
-/// kNumericalTrouble, and the interior point has to start afresh.
-/// Cost: 8 to 15 iterations of one eigendecomposition and s^2 p^2 / 2 operations; memory O(p^2).
+/// Guarantee: none by itself; the result (V and lambda only) is to be certified (certify_prior) or, where
+/// that fails, a start for InteriorPoint. Where V is not positive definite the status is kNumericalTrouble,
+/// and the interior point has to start afresh. Cost: 8 to 15 iterations of about 15 p x p products, among
+/// them one eigendecomposition and one Hessian (separable_gram); up to 128 parameters the latter takes s^2
+/// p^2 / 2 operations (bound_gram). Memory: about 13 p x p matrices beside the problem.
 [[nodiscard]] ReducedSolution solve_in_multipliers(const ReducedProblem& problem,
                                                    const SolverSettings& settings,
                                                    const ProgressObserver& observe);
+
+/// Bounds, estimator and status of a solution that has V = L L' and lambda only, as solve_in_multipliers
+/// makes them. On its path H(lambda) = Sigma(V) exactly, so the multipliers, a little inflated, and K = L (I
+/// + L'J L)^-1 L' are feasible; the lower bound is that of V scaled into the bounds. kOptimal where the
+/// interval is as narrow as asked for. Cost: ten to twenty p x p products.
+void certify_prior(const ReducedProblem& problem, const SolverSettings& settings, ReducedSolution& solution);
 
 }  // namespace trammel::inline TRAMMEL_ABI::minimax
 

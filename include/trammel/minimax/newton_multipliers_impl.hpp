@@ -4,13 +4,20 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 #include "trammel/linalg/cholesky.hpp"
+#include "trammel/linalg/gram_eigen.hpp"
+#include "trammel/linalg/lu.hpp"
+#include "trammel/linalg/panels.hpp"
 #include "trammel/linalg/qr.hpp"
 #include "trammel/linalg/symmetric_eigen.hpp"
 #include "trammel/minimax/bound_gram.hpp"
 #include "trammel/minimax/newton_multipliers.hpp"
+#include "trammel/minimax/prior_state.hpp"
+#include "trammel/minimax/separable_gram.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::minimax {
 
@@ -19,13 +26,16 @@ namespace detail {
 /// The iteration's data; allocated once.
 class MultiplierNewton {
  public:
-  explicit MultiplierNewton(const ReducedProblem& problem)
+  MultiplierNewton(const ReducedProblem& problem, unsigned threads)
       : problem_(problem),
-        R_(problem.size(), problem.size()),
-        eigen_(problem.size()),
+        threads_(threads),
+        separable_(problem.size() > kLargestDirectHessian),
+        eigen_(problem.bounds.rows(), problem.size()),
         hessian_(slack_size(), slack_size()),
-        factor_(slack_size()),
-        storage_(bound_gram_storage(slack_size(), problem.size())) {
+        factor_(slack_size()) {
+    if (!separable_) {
+      storage_ = bound_gram_storage(slack_size(), problem.size());
+    }
     const Eigen::Index p = problem.size();
     // J^-1 = T T', T the inverse of the triangular information factor.
     inverse_.setIdentity(p, p);
@@ -33,12 +43,10 @@ class MultiplierNewton {
     const Eigen::MatrixXd seen = problem.criterion * inverse_;  // C T
     gauss_markov_ = seen.squaredNorm();
     whitened_ = seen.transpose();  // F R = T' C'
-    R_.noalias() = inverse_ * whitened_;
-    rows_ = problem.bounds * R_;
-    e_.resizeLike(rows_);
-    const Eigen::MatrixXd prior_rows = problem.bounds * inverse_;
+    e_.noalias() = problem.bounds * inverse_;
     information_use_.resize(slack_size());
-    squared_norms(prior_rows, problem.first_row, information_use_);
+    squared_norms(e_, problem.first_row, information_use_);
+    rows_.noalias() = e_ * whitened_;
     use_.resize(slack_size());
     for (Eigen::VectorXd* v :
          {&lambda_, &slack_, &gradient_, &d_lambda_, &d_slack_, &d_lambda_2_, &d_slack_2_}) {
@@ -108,16 +116,12 @@ class MultiplierNewton {
   }
 
   void evaluate() {
-    for (Eigen::Index l = 0; l < lambda_.size(); ++l) {
-      const auto at = static_cast<std::size_t>(l);
-      row_weight_.segment(problem_.first_row[at], problem_.first_row[at + 1] - problem_.first_row[at])
-          .setConstant(lambda_[l]);
-    }
+    per_row(lambda_, problem_.first_row, row_weight_);
+    row_weight_ = row_weight_.cwiseSqrt();
     weighted_.noalias() = row_weight_.asDiagonal() * rows_;
-    work_.noalias() = rows_.transpose() * weighted_;
-    eigen_.compute(work_);
-    root_ = eigen_.eigenvalues().cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt();
-    e_.noalias() = rows_ * eigen_.eigenvectors();
+    eigen_.compute(weighted_, threads_);
+    root_ = eigen_.norms().cwiseMax(std::numeric_limits<double>::min());
+    e_.noalias() = row_weight_.cwiseInverse().asDiagonal() * eigen_.images();
     value_ = lambda_.sum() + gauss_markov_ + lambda_.dot(information_use_) - 2.0 * root_.sum();
     weighted_.noalias() = e_ * root_.cwiseSqrt().cwiseInverse().asDiagonal();
     squared_norms(weighted_, problem_.first_row, use_);
@@ -127,12 +131,16 @@ class MultiplierNewton {
 
   /// Mehrotra's predictor-corrector for (Hessian + diag(t / lambda)) d lambda = sigma mu / lambda - gradient.
   void step() {
-    bound_gram(
-        e_, problem_.first_row,
-        [this](Eigen::Index i, Eigen::Index j) {
-          return 1.0 / (root_[i] * root_[j] * (root_[i] + root_[j]));
-        },
-        storage_, hessian_);
+    if (separable_) {
+      separable_gram(e_, problem_.first_row, root_, hessian_, threads_);
+    } else {
+      bound_gram(
+          e_, problem_.first_row,
+          [this](Eigen::Index i, Eigen::Index j) {
+            return 1.0 / (root_[i] * root_[j] * (root_[i] + root_[j]));
+          },
+          storage_, hessian_);
+    }
     hessian_.diagonal() += slack_.cwiseQuotient(lambda_);
     factor_.compute(hessian_);
     const auto s = static_cast<double>(lambda_.size());
@@ -171,33 +179,41 @@ class MultiplierNewton {
 
   /// F V F' + I = (F R U) b^-1 (F R U)' must exceed I.
   [[nodiscard]] bool prior_is_positive(double relative) {
-    work_.noalias() = whitened_ * eigen_.eigenvectors();
+    linalg::multiply(whitened_, eigen_.vectors(), work_, threads_);
     work_ *= root_.cwiseSqrt().cwiseInverse().asDiagonal();
-    prior_.setZero(work_.rows(), work_.rows());
-    prior_.selfadjointView<Eigen::Lower>().rankUpdate(work_);
+    prior_.resize(work_.rows(), work_.rows());
+    linalg::multiply_symmetric_nt(work_, work_, prior_, threads_);
     prior_.diagonal().array() -= 1.0;
     // Far from the end V may still lack what it gains later.
     const double slack = relative > kClose ? std::sqrt(relative) : 0.0;
     work_ = prior_;
     work_.diagonal().array() += slack;
-    return linalg::Cholesky(work_).info() == Eigen::Success;
+    Eigen::Ref<Eigen::MatrixXd> target(work_);
+    return linalg::InPlaceCholesky(target).info() == Eigen::Success;
   }
 
   /// V = L L' with the columns of L along the eigenvectors of F V F'. False where V is not positive definite.
   [[nodiscard]] bool extract_prior(ReducedSolution& result) {
-    const linalg::SymmetricEigen spectrum(prior_);
+    linalg::RepeatedSymmetricEigen spectrum(prior_.rows());
+    spectrum.compute(prior_, threads_);
     if (!(spectrum.eigenvalues().minCoeff() > 0.0)) {
       return false;
     }
-    result.prior_factor = inverse_ * spectrum.eigenvectors();
+    result.prior_factor.resize(inverse_.rows(), inverse_.cols());
+    linalg::multiply(inverse_, spectrum.eigenvectors(), result.prior_factor, threads_);
     result.prior_factor *= spectrum.eigenvalues().cwiseSqrt().asDiagonal();
     result.multipliers = lambda_;
     return true;
   }
 
+  /// Up to this size the Hessian is summed entry by entry, without taking memory.
+  static constexpr Eigen::Index kLargestDirectHessian = 128;
+
   const ReducedProblem& problem_;
-  Eigen::MatrixXd inverse_, whitened_, R_, rows_, e_, weighted_, work_, prior_;
-  linalg::RepeatedSymmetricEigen eigen_;
+  unsigned threads_;
+  bool separable_;
+  Eigen::MatrixXd inverse_, whitened_, rows_, e_, weighted_, work_, prior_;
+  linalg::GramEigen eigen_;
   Eigen::MatrixXd hessian_;
   linalg::Cholesky factor_;
   Eigen::MatrixXd storage_;
@@ -207,6 +223,63 @@ class MultiplierNewton {
   double value_ = 0.0;
   double least_mu_ = 0.0;
 };
+
+/// L scaled into the bounds one by one, where their rows make up a basis: L <- a^-1 D a L, D = use^(-1/2) on
+/// the bounds exceeded. A common factor would take from all what a single bound with a multiplier near zero
+/// exceeds. Unchanged where the rows are no basis.
+inline void scale_into_bounds(const ReducedProblem& problem, const Eigen::VectorXd& use,
+                              Eigen::MatrixXd& prior_factor) {
+  if (problem.bounds.rows() != problem.bounds.cols()) {
+    return;
+  }
+  const Eigen::VectorXd scale = use.cwiseMax(1.0).cwiseSqrt().cwiseInverse();
+  Eigen::VectorXd row_scale(problem.bounds.rows());
+  per_row(scale, problem.first_row, row_scale);
+  prior_factor = linalg::Lu(problem.bounds).solve(row_scale.asDiagonal() * (problem.bounds * prior_factor));
+}
+
+/// One Newton step towards Sigma(V) = H(lambda) in coordinates where V = I, Q D G + G D Q = G - L'H L, given
+/// the lower triangle of `slack` = L'H L - G, which it overwrites. False where it does not exist: the motion
+/// is not well observed.
+inline bool step_to_equality(const ReducedProblem& problem, Eigen::MatrixXd& slack, unsigned threads,
+                             PriorState& state) {
+  slack.triangularView<Eigen::StrictlyUpper>() = slack.transpose();
+  // T with T'Q T = I and T'G T = diag(g): Q is the one of the two that is well conditioned.
+  Eigen::MatrixXd triangle = state.curvature;
+  Eigen::Ref<Eigen::MatrixXd> target(triangle);
+  if (linalg::InPlaceCholesky(target).info() != Eigen::Success) {
+    return false;
+  }
+  auto lower = triangle.triangularView<Eigen::Lower>();
+  lower.solveInPlace(state.gradient);
+  lower.transpose().solveInPlace<Eigen::OnTheRight>(state.gradient);
+  linalg::RepeatedSymmetricEigen eigen(problem.size());
+  eigen.compute(state.gradient, threads);
+  const Eigen::VectorXd& g = eigen.eigenvalues();
+  if (!(g[0] > 0.0)) {
+    return false;
+  }
+  const Eigen::MatrixXd& X = eigen.eigenvectors();
+  lower.solveInPlace(slack);
+  lower.transpose().solveInPlace<Eigen::OnTheRight>(slack);
+  linalg::multiply(slack, X, state.gradient, threads);
+  slack.noalias() = X.transpose() * state.gradient;
+  for (Eigen::Index j = 0; j < g.size(); ++j) {
+    slack.col(j).array() /= -(g.array() + g[j]);
+  }
+  linalg::multiply(X, slack, state.gradient, threads);
+  slack.noalias() = state.gradient * X.transpose();
+  lower.transpose().solveInPlace(slack);
+  lower.solveInPlace<Eigen::OnTheRight>(slack);
+  slack.diagonal().array() += 1.0;
+  Eigen::Ref<Eigen::MatrixXd> moved(slack);
+  if (linalg::InPlaceCholesky(moved).info() != Eigen::Success) {
+    return false;
+  }
+  state.factor = (state.factor * slack.triangularView<Eigen::Lower>()).eval();
+  state.update(problem);
+  return true;
+}
 
 }  // namespace detail
 
@@ -254,8 +327,53 @@ TRAMMEL_INLINE std::optional<ReducedProblem> directly_observed(const GuaranteedP
 TRAMMEL_INLINE ReducedSolution solve_in_multipliers(const ReducedProblem& problem,
                                                     const SolverSettings& settings,
                                                     const ProgressObserver& observe) {
-  detail::MultiplierNewton newton(problem);
+  detail::MultiplierNewton newton(problem, static_cast<unsigned>(settings.threads));
   return newton.run(settings, observe);
+}
+
+TRAMMEL_INLINE void certify_prior(const ReducedProblem& problem, const SolverSettings& settings,
+                                  ReducedSolution& solution) {
+  constexpr double kShare = 0.1;  // of the gap, for the inflation
+  constexpr int kMostSteps = 4;   // each squares the error
+  const auto threads = static_cast<unsigned>(settings.threads);
+  PriorState state(problem);
+  state.factor.swap(solution.prior_factor);
+  state.update(problem);
+  const double inflation = kShare * settings.relative_gap * state.value / solution.multipliers.sum();
+  {
+    Eigen::VectorXd row_weight(problem.bounds.rows());
+    per_row(solution.multipliers, problem.first_row, row_weight);
+    Eigen::MatrixXd slack(problem.size(), problem.size());
+    Eigen::MatrixXd weighted;
+    for (int step = 0; true; ++step) {
+      weighted = row_weight.asDiagonal() * state.bounds;
+      linalg::multiply_symmetric_tn(state.bounds, weighted, slack, threads);
+      weighted = (1.0 + inflation) * slack - state.gradient;
+      Eigen::Ref<Eigen::MatrixXd> target(weighted);
+      if (linalg::InPlaceCholesky(target).info() == Eigen::Success && weighted.diagonal().allFinite()) {
+        solution.multipliers *= 1.0 + inflation;
+        solution.upper = state.noise + solution.multipliers.sum();
+        break;
+      }
+      slack -= state.gradient;
+      if (step == kMostSteps || !detail::step_to_equality(problem, slack, threads, state)) {
+        break;
+      }
+    }
+  }
+  solution.gain = state.gain();
+  // A common factor costs what the largest excess is, which may be too much.
+  if (state.use.maxCoeff() > 1.0 + kShare * settings.relative_gap) {
+    detail::scale_into_bounds(problem, state.use, state.factor);
+    state.update(problem);
+  }
+  const double excess = std::max(1.0, state.use.maxCoeff());
+  solution.lower = state.value / excess;
+  solution.prior_factor.swap(state.factor);
+  solution.prior_factor /= std::sqrt(excess);
+  const bool narrow = std::isfinite(solution.upper) &&
+                      solution.upper - solution.lower <= settings.relative_gap * solution.upper;
+  solution.status = narrow ? SolveStatus::kOptimal : SolveStatus::kNumericalTrouble;
 }
 
 }  // namespace trammel::inline TRAMMEL_ABI::minimax

@@ -72,7 +72,6 @@ class NewtonSystem {
   void apply_base(const Eigen::MatrixXd& X, Eigen::MatrixXd& out);
   void bound_terms(const Eigen::VectorXd& y, Eigen::MatrixXd& out);
   void bound_products(const Eigen::MatrixXd& X, Eigen::VectorXd& out);
-  void spread(const Eigen::VectorXd& y);
   [[nodiscard]] bool dense() const { return dense_.size() > 0; }
 
   const std::vector<Eigen::Index>* first_row_;

@@ -263,15 +263,8 @@ TRAMMEL_INLINE void NewtonSystem::apply_base(const Eigen::MatrixXd& X, Eigen::Ma
   out += mu_ * work_;
 }
 
-TRAMMEL_INLINE void NewtonSystem::spread(const Eigen::VectorXd& y) {
-  for (Eigen::Index l = 0; l < y.size(); ++l) {
-    const auto at = static_cast<std::size_t>(l);
-    row_weight_.segment((*first_row_)[at], (*first_row_)[at + 1] - (*first_row_)[at]).setConstant(y[l]);
-  }
-}
-
 TRAMMEL_INLINE void NewtonSystem::bound_terms(const Eigen::VectorXd& y, Eigen::MatrixXd& out) {
-  spread(y);
+  per_row(y, *first_row_, row_weight_);
   weighted_h_.noalias() = row_weight_.asDiagonal() * h_;
   out.noalias() = h_.transpose() * weighted_h_;
 }

@@ -3,6 +3,8 @@
 /// Everything the interior point needs to know at one prior V = L L'.
 #pragma once
 
+#include <vector>
+
 #include <Eigen/Core>
 
 #include "trammel/core/config.hpp"
@@ -50,6 +52,10 @@ class PriorState {
   Eigen::MatrixXd estimate_;   // C L M^-1 L'F', r x n_F
   linalg::StackedTriangle stacked_;
 };
+
+/// One number per row from one per ellipsoid.
+void per_row(const Eigen::VectorXd& per_ellipsoid, const std::vector<Eigen::Index>& first_row,
+             Eigen::VectorXd& out);
 
 /// sum of squares of the rows of each ellipsoid.
 void squared_norms(const Eigen::MatrixXd& rows, const std::vector<Eigen::Index>& first_row,

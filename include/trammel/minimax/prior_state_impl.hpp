@@ -7,6 +7,14 @@
 
 namespace trammel::inline TRAMMEL_ABI::minimax {
 
+TRAMMEL_INLINE void per_row(const Eigen::VectorXd& per_ellipsoid, const std::vector<Eigen::Index>& first_row,
+                            Eigen::VectorXd& out) {
+  for (Eigen::Index l = 0; l < per_ellipsoid.size(); ++l) {
+    const auto i = static_cast<std::size_t>(l);
+    out.segment(first_row[i], first_row[i + 1] - first_row[i]).setConstant(per_ellipsoid[l]);
+  }
+}
+
 TRAMMEL_INLINE void squared_norms(const Eigen::MatrixXd& rows, const std::vector<Eigen::Index>& first_row,
                                   Eigen::VectorXd& out) {
   for (Eigen::Index l = 0; l < out.size(); ++l) {

@@ -20,6 +20,7 @@ namespace trammel::inline TRAMMEL_ABI::minimax {
 struct SolverSettings {
   double relative_gap = 1e-8;  ///< stop when (upper - lower)/upper is at most this
   int max_iterations = 200;    ///< of the outer iteration
+  int threads = 1;  ///< of Newton's method in the multipliers, for large problems; 0: all there are
 };
 
 template <class Settings, class Visitor>
@@ -39,6 +40,13 @@ void visit_fields(Settings& settings, Visitor&& visit) {
                  .minimum = 1.0,
                  .maximum = 1e9},
         settings.max_iterations);
+  visit(FieldDoc{.name = "threads",
+                 .unit = "",
+                 .meaning = "threads for large products, the same result for any number; 0: as many as the "
+                            "machine has; more than one pays from about 300 parameters on",
+                 .minimum = 0.0,
+                 .maximum = 1e4},
+        settings.threads);
 }
 
 /// The barrier parameter stops where the gap (parameters + ellipsoids) * mu is this share of the gap asked

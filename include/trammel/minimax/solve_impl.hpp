@@ -14,16 +14,24 @@ namespace trammel::inline TRAMMEL_ABI::minimax {
 
 namespace detail {
 
-/// Newton's method in the multipliers, polished; false where it does not apply. Counts its iterations.
+/// Newton's method in the multipliers, polished where its own certificate is too wide; false where it does
+/// not apply. Counts its iterations.
 inline bool solve_directly(const GuaranteedProblem& problem, const SolverSettings& settings,
                            const ProgressObserver& observe, Solution& solution) {
   const std::optional<ReducedProblem> direct = directly_observed(problem);
   if (!direct) {
     return false;
   }
-  const ReducedSolution near = solve_in_multipliers(*direct, settings, observe);
+  ReducedSolution near = solve_in_multipliers(*direct, settings, observe);
+  if (near.status == SolveStatus::kOptimal) {
+    certify_prior(*direct, settings, near);
+    if (near.status == SolveStatus::kOptimal) {
+      restore(problem, *direct, near, solution);
+      return true;
+    }
+  }
   solution.iterations += near.iterations;
-  if (near.status != SolveStatus::kOptimal) {
+  if (near.prior_factor.size() == 0) {
     return false;
   }
   const ReducedSolution inner =

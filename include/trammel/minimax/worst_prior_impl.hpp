@@ -9,6 +9,7 @@
 
 #include "trammel/linalg/cholesky.hpp"
 #include "trammel/linalg/symmetric_eigen.hpp"
+#include "trammel/minimax/prior_state.hpp"
 #include "trammel/minimax/worst_prior.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::minimax {
@@ -86,10 +87,7 @@ class MultiplierBarrier {
 
  private:
   [[nodiscard]] Eigen::MatrixXd combination(const Eigen::VectorXd& lambda) {
-    for (Eigen::Index l = 0; l < lambda.size(); ++l) {
-      const auto at = static_cast<std::size_t>(l);
-      weight_.segment(first_row_[at], first_row_[at + 1] - first_row_[at]).setConstant(lambda[l]);
-    }
+    per_row(lambda, first_row_, weight_);
     return bounds_.transpose() * weight_.asDiagonal() * bounds_;
   }
   const Eigen::MatrixXd& bounds_;
