@@ -272,6 +272,15 @@ localise::ModelError read_model_error(const Node& bounds, const std::vector<doub
   return error;
 }
 
+int whole_number(const Node& node, std::int64_t smallest, std::int64_t largest) {
+  const std::int64_t value = node.integer();
+  if (value < smallest || value > largest) {
+    node.fail(node.describe(),
+              "a whole number from " + std::to_string(smallest) + " to " + std::to_string(largest));
+  }
+  return static_cast<int>(value);
+}
+
 void read_solver(const Node& node, ScenarioInput& input) {
   minimax::SolverSettings& solver = input.settings.estimate.solver;
   if (const Node* method = node.find("method")) {
@@ -295,11 +304,11 @@ void read_solver(const Node& node, ScenarioInput& input) {
   }
   if (const Node* iterations = node.find("max_iterations")) {
     constexpr std::int64_t kMostIterations = 1000000000;
-    const std::int64_t count = iterations->integer();
-    if (count < 1 || count > kMostIterations) {
-      iterations->fail(iterations->describe(), "a whole number from 1 to 1000000000");
-    }
-    solver.max_iterations = static_cast<int>(count);
+    solver.max_iterations = whole_number(*iterations, 1, kMostIterations);
+  }
+  if (const Node* threads = node.find("threads")) {
+    constexpr std::int64_t kMostThreads = 10000;
+    solver.threads = whole_number(*threads, 0, kMostThreads);
   }
   if (const Node* relinearise = node.find("relinearise")) {
     input.settings.relinearise = relinearise->boolean();

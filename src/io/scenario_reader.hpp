@@ -52,7 +52,7 @@ enum class Observations {
 ///                bias = {range_m = .., time_s = ..}      # semi-axes by component and of the clock
 /// [observations] file = "measurements.csv", reject_outliers = false | true      # optional
 /// [solver]       method = "structured" | "sdp" | "conditional-gradient", relative_gap, max_iterations,
-///                relinearise = true | false, cross_fit = false | true
+///                threads = 1, relinearise = true | false, cross_fit = false | true
 /// ```
 /// Files are relative to the scenario's folder. A station needs times_s unless there are observations, and
 /// a place unless its kind is "position" (where it is the origin of the coordinates it reports). A track
