@@ -2,6 +2,7 @@
 #include "trammel/certify/certificate_impl.hpp"
 #include "trammel/certify/congruence_basis_impl.hpp"
 #include "trammel/certify/environment_impl.hpp"
+#include "trammel/certify/gain_rounding_impl.hpp"
 #include "trammel/certify/matrix_inequality_impl.hpp"
 #include "trammel/certify/verified_cholesky_impl.hpp"
 #include "trammel/linalg/double_double_impl.hpp"

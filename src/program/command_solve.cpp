@@ -50,8 +50,7 @@ Answer solve_and_verify(const GuaranteedProblem& problem, const SolveOptions& op
   Answer answer;
   answer.solution =
       minimax::solve_with({.method = minimax::method_of(options.method)}, problem, options.settings);
-  answer.certificate = certify::verify(problem, answer.solution);
-  certify::apply(answer.certificate, options.settings, answer.solution);
+  answer.certificate = certify::certify(problem, options.settings, answer.solution);
   if (options.near_optimality || options.near_settings.monte_carlo) {
     answer.near = certify::assess_near_optimality(problem, answer.solution, options.near_settings);
   }

@@ -190,7 +190,7 @@ TEST(NearOptimality, ReachesTheTableForTheManoeuvres) {
   for (const Row& row : table()) {
     const auto assembled = trammel::assemble(row.instance.scenario);
     minimax::Solution solution = minimax::solve(assembled.problem);
-    certify::apply(certify::verify(assembled.problem, solution), {}, solution);
+    static_cast<void>(certify::certify(assembled.problem, {}, solution));
     const auto near = certify::assess_near_optimality(assembled.problem, solution);
     const double any_estimator = std::sqrt(near.any_estimator);
     RecordProperty(std::string(row.instance.name) + "_any_estimator_m", std::to_string(any_estimator));

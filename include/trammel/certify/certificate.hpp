@@ -79,12 +79,18 @@ inline constexpr double kStalledSlack = 100.0;
 /// The same for the answer of a solver; kNone with infinite upper bound where its status is kUnbounded.
 [[nodiscard]] Certificate verify(const GuaranteedProblem& problem, const minimax::Solution& solution);
 
-/// Writes the proved bounds, claim and multipliers into a solution; a status of kOptimal remains only if the
-/// proved interval is as narrow as the settings ask for. A solver that rounding errors stopped
-/// (kNumericalTrouble) is said to be kOptimal if its verified interval is at most kStalledSlack times as wide
-/// as asked for: on the hardest problems double precision allows no more.
+/// Writes the proved bounds, claim and multipliers into a solution. Its status becomes, or remains, kOptimal
+/// if the proved interval is as narrow as the settings ask for, and also, where the claim is kVerified, if it
+/// is at most kStalledSlack times as wide: on the hardest problems double precision allows no more, and the
+/// result states the gap. Otherwise kOptimal becomes kNumericalTrouble.
 void apply(const Certificate& certificate, const minimax::SolverSettings& settings,
            minimax::Solution& solution);
+
+/// The whole way from a solver's answer to a proved one: verify(); where the interval is wider than the
+/// settings ask for, once more with K of round_gain(), if that proves more; apply(). Returns the certificate
+/// of what `solution` then holds.
+[[nodiscard]] Certificate certify(const GuaranteedProblem& problem, const minimax::SolverSettings& settings,
+                                  minimax::Solution& solution);
 
 }  // namespace trammel::inline TRAMMEL_ABI::certify
 

@@ -14,6 +14,7 @@
 #include "trammel/certify/congruence_basis.hpp"
 #include "trammel/certify/enclosed_criterion.hpp"
 #include "trammel/certify/environment.hpp"
+#include "trammel/certify/gain_rounding.hpp"
 #include "trammel/certify/matrix_inequality.hpp"
 #include "trammel/core/error.hpp"
 #include "trammel/linalg/cholesky.hpp"
@@ -50,6 +51,13 @@ inline constexpr double kWidestEnvelope = 1e18;
 /// An interval wider than asked for by this factor and this much is still as good as asked for.
 inline constexpr double kGapSlack = 1.01;
 inline constexpr double kCostOfProof = 3e-10;
+/// More parameters are not worth the time that rounding K anew takes.
+inline constexpr Eigen::Index kMostToRound = 400;
+
+/// What the proof may cost beyond what the solver could see.
+inline double allowed_gap(const minimax::SolverSettings& settings) {
+  return settings.relative_gap * kGapSlack + kCostOfProof;
+}
 
 inline std::string shape(const Eigen::MatrixXd& matrix) {
   return std::to_string(matrix.rows()) + " x " + std::to_string(matrix.cols());
@@ -430,9 +438,7 @@ TRAMMEL_INLINE void apply(const Certificate& certificate, const minimax::SolverS
   solution.upper = certificate.upper;
   solution.lower = certificate.lower;
   solution.multipliers = certificate.multipliers;
-  // The proof itself costs some digits beyond what the solver could see.
-  const double allowed =
-      settings.relative_gap * certificate_detail::kGapSlack + certificate_detail::kCostOfProof;
+  const double allowed = certificate_detail::allowed_gap(settings);
   const double allowed_stalled = kStalledSlack * settings.relative_gap;
   const bool verified = certificate.claim == Claim::kVerified;
   if (solution.status == SolveStatus::kOptimal || solution.status == SolveStatus::kNumericalTrouble) {
@@ -440,6 +446,27 @@ TRAMMEL_INLINE void apply(const Certificate& certificate, const minimax::SolverS
         certificate.relative_gap() <= (verified ? std::max(allowed, allowed_stalled) : allowed);
     solution.status = narrow ? SolveStatus::kOptimal : SolveStatus::kNumericalTrouble;
   }
+}
+
+TRAMMEL_INLINE Certificate certify(const GuaranteedProblem& problem, const minimax::SolverSettings& settings,
+                                   minimax::Solution& solution) {
+  Certificate certificate = verify(problem, solution);
+  const bool wide = !(certificate.relative_gap() <= certificate_detail::allowed_gap(settings));
+  if (wide && solution.status != SolveStatus::kUnbounded &&
+      problem.parameters() <= certificate_detail::kMostToRound) {
+    minimax::Solution rounded = solution;
+    rounded.gain = round_gain(problem, solution.prior_factor);
+    if (rounded.gain.size() > 0) {
+      const Certificate other = verify(problem, rounded);
+      const bool no_less = other.claim == Claim::kVerified || other.claim == certificate.claim;
+      if (no_less && !(other.relative_gap() >= certificate.relative_gap())) {
+        certificate = other;
+        solution.gain = std::move(rounded.gain);
+      }
+    }
+  }
+  apply(certificate, settings, solution);
+  return certificate;
 }
 
 }  // namespace trammel::inline TRAMMEL_ABI::certify

@@ -124,7 +124,7 @@ struct TrajectoryEstimate {
                                                    const EstimateSettings& settings = {},
                                                    const ProgressObserver& observe = {});
 
-/// The same for a solution that certify::apply was called for already, with the certificate.
+/// The same for a solution that certify::certify was called for already, with the certificate.
 [[nodiscard]] TrajectoryEstimate evaluate_verified(const Scenario& scenario, const TrajectoryProblem& problem,
                                                    minimax::Solution solution,
                                                    certify::Certificate certificate,

@@ -148,8 +148,7 @@ TRAMMEL_INLINE TrajectoryEstimate evaluate_solution(const Scenario& scenario,
                                                     minimax::Solution solution,
                                                     const EstimateSettings& settings,
                                                     const ProgressObserver& observe) {
-  certify::Certificate certificate = certify::verify(problem.problem, solution);
-  certify::apply(certificate, settings.solver, solution);
+  certify::Certificate certificate = certify::certify(problem.problem, settings.solver, solution);
   return evaluate_verified(scenario, problem, std::move(solution), std::move(certificate), settings, observe);
 }
 

@@ -374,8 +374,7 @@ TRAMMEL_INLINE StatedValue state(const FitProblem& fit, const Eigen::VectorXd& r
   StatedValue result(assemble(scenario, &about, offsets_s));
   result.reference = result.problem.coordinates.moved_from(fit.trajectory().coordinates, reference);
   result.solution = detail::solve_tightly(method, result.problem.problem, solver);
-  result.certificate = certify::verify(result.problem.problem, result.solution);
-  certify::apply(result.certificate, solver, result.solution);
+  result.certificate = certify::certify(result.problem.problem, solver, result.solution);
   if (!std::isfinite(result.solution.upper) || !(result.solution.upper > 0.0)) {
     return result;
   }

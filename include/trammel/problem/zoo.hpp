@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "trammel/core/config.hpp"
+#include "trammel/problem/guaranteed_problem.hpp"
 #include "trammel/problem/scenario.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::zoo {
@@ -48,7 +49,13 @@ struct Instance {
 /// segments.
 [[nodiscard]] Instance long_flight(int segments);
 
-/// The instances above, long_flight with 40 and 98 segments.
+/// A linear model in truncated powers, badly conditioned on purpose: a motion in three axes with constant
+/// acceleration on each of `segments` segments of 10 s, positions measured at 71 times along random
+/// directions with 20 m, `outputs` / 3 positions wanted, deviations up to 100 m, 10 m/s, 3 m/s^2; p = 3
+/// (segments + 2).
+[[nodiscard]] GuaranteedProblem truncated_powers(Eigen::Index segments, Eigen::Index outputs);
+
+/// The instances of scenarios above, long_flight with 40 and 98 segments.
 [[nodiscard]] std::vector<Instance> all_instances();
 
 }  // namespace trammel::inline TRAMMEL_ABI::zoo

@@ -3,11 +3,13 @@
 /// Definitions of zoo.hpp.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
 
 #include "trammel/core/error.hpp"
+#include "trammel/core/random.hpp"
 #include "trammel/problem/zoo.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::zoo {
@@ -132,6 +134,49 @@ TRAMMEL_INLINE Instance long_flight(int segments) {
     optimum = KnownOptimum{7.359563036, 7.359563041, 7.372252834704247, std::nullopt};
   }
   return {"long_flight", std::move(scenario), optimum};
+}
+
+TRAMMEL_INLINE GuaranteedProblem truncated_powers(Eigen::Index segments, Eigen::Index outputs) {
+  constexpr double kSegment_s = 10.0;
+  constexpr Eigen::Index kTimes = 71;
+  constexpr double kNoise_m = 20.0;
+  const Eigen::Index p = 3 * (segments + 2);
+  const double duration = kSegment_s * static_cast<double>(segments);
+  const auto position = [&](Eigen::Index k, Eigen::Index count) {
+    const double t = duration * static_cast<double>(k) / static_cast<double>(count - 1);
+    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(3, p);
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      rows(axis, axis) = 1.0;
+      rows(axis, 3 + axis) = t;
+      for (Eigen::Index i = 0; i < segments; ++i) {
+        const double since = t - kSegment_s * static_cast<double>(i);
+        const double inside = std::clamp(since, 0.0, kSegment_s);
+        rows(axis, 3 * (i + 2) + axis) = inside * (std::max(since, 0.0) - inside / 2.0);
+      }
+    }
+    return rows;
+  };
+  RandomStream random(1);
+  GuaranteedProblem problem;
+  problem.information_factor.resize(3 * kTimes, p);
+  for (Eigen::Index k = 0; k < kTimes; ++k) {
+    Eigen::Matrix3d mixing;
+    for (double& entry : mixing.reshaped()) {
+      entry = random.normal() / kNoise_m;
+    }
+    problem.information_factor.middleRows(3 * k, 3) = mixing * position(k, kTimes);
+  }
+  problem.criterion_factor.resize(outputs, p);
+  for (Eigen::Index k = 0; k < outputs / 3; ++k) {
+    problem.criterion_factor.middleRows(3 * k, 3) =
+        position(k, outputs / 3) / std::sqrt(static_cast<double>(outputs) / 3.0);
+  }
+  for (Eigen::Index l = 0; l < segments + 2; ++l) {
+    Eigen::MatrixXd bound = Eigen::MatrixXd::Zero(3, p);
+    bound.middleCols(3 * l, 3).diagonal().setConstant(1.0 / (l == 0 ? 100.0 : l == 1 ? 10.0 : 3.0));
+    problem.ellipsoids.push_back(bound);
+  }
+  return problem;
 }
 
 TRAMMEL_INLINE std::vector<Instance> all_instances() {
