@@ -12,6 +12,7 @@
 #include "../io/scenario_reader.hpp"
 #include "../report/result_files.hpp"
 #include "commands.hpp"
+#include "phase_profile.hpp"
 #include "terminal_progress.hpp"
 #include "trammel/estimate/trajectory_estimate.hpp"
 #include "trammel/localise/flight_estimate.hpp"
@@ -29,6 +30,7 @@ struct EstimateOptions {
   bool design_only = false;
   bool bounds_only = false;  ///< no search for the worst motion, no bound over all estimators
   bool monte_carlo = false;
+  bool profile = false;
 };
 
 ExitCode exit_code(const report::ReportInput& result) {
@@ -38,6 +40,8 @@ ExitCode exit_code(const report::ReportInput& result) {
 }
 
 int run(const EstimateOptions& options) {
+  PhaseProfile profile;
+  profile.enter("reading the scenario");
   io::ScenarioInput input = io::read_scenario(
       options.scenario, options.design_only ? io::Observations::kIfUnplanned : io::Observations::kRead);
   std::optional<io::PathSamples> truth;
@@ -55,6 +59,7 @@ int run(const EstimateOptions& options) {
     input.settings.estimate.near_optimality->monte_carlo = options.monte_carlo;
   }
   std::optional<localise::OutlierSearch> outliers;
+  profile.enter("looking for outliers");
   if (input.reject_outliers && !options.design_only && !input.scenario.observations.empty()) {
     outliers = localise::find_outliers(input.scenario, {.minimum_height_m = input.settings.minimum_height_m,
                                                         .model_error = input.settings.model_error,
@@ -66,14 +71,16 @@ int run(const EstimateOptions& options) {
   localise::FlightEstimate flight;
   {
     TerminalProgress progress;
+    const ProgressObserver observe = profile.observer(progress.observer());
+    profile.enter("preparing");
     if (options.design_only) {
-      flight.estimate =
-          estimate::estimate_trajectory(input.scenario, input.settings.estimate, progress.observer());
+      flight.estimate = estimate::estimate_trajectory(input.scenario, input.settings.estimate, observe);
       flight.estimate.observed.reset();
     } else {
-      flight = localise::estimate_flight(input.scenario, input.settings, progress.observer());
+      flight = localise::estimate_flight(input.scenario, input.settings, observe);
     }
   }
+  profile.enter("writing the result");
   const estimate::TrajectoryEstimate& estimate = flight.estimate;
   std::optional<report::TruthComparison> comparison;
   if (truth) {
@@ -109,6 +116,9 @@ int run(const EstimateOptions& options) {
     }
   }
   std::cout.flush();
+  if (options.profile) {
+    std::cerr << profile.table();
+  }
   return exit_code(result);
 }
 
@@ -124,6 +134,7 @@ void add(CLI::App& app, Action& action, bool design_only) {
                       "folder to write result.json, trajectory.csv, worst_case.csv and report.html to");
   command->add_option("--truth", options->truth, "true path (t_s,x_m,y_m,z_m) to compare with in the report");
   command->add_flag("--json", options->json, "print result.json to the standard output");
+  command->add_flag("--profile", options->profile, "print to standard error where the time went, by phase");
   CLI::Option* const bounds_only = command->add_flag(
       "--bounds-only", options->bounds_only,
       "neither the worst admissible motion nor the bound over all estimators (saves some seconds)");

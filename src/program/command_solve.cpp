@@ -15,6 +15,7 @@
 #include "../io/json_output.hpp"
 #include "../io/raw_problem.hpp"
 #include "commands.hpp"
+#include "phase_profile.hpp"
 #include "trammel/certify/certificate.hpp"
 #include "trammel/certify/near_optimality.hpp"
 #include "trammel/core/settings.hpp"
@@ -38,6 +39,7 @@ struct SolveOptions {
   certify::NearOptimalitySettings near_settings;
   std::string method = "structured";
   minimax::SolverSettings settings;
+  bool profile = false;
 };
 
 struct Answer {
@@ -46,12 +48,16 @@ struct Answer {
   std::optional<certify::NearOptimality> near;
 };
 
-Answer solve_and_verify(const GuaranteedProblem& problem, const SolveOptions& options) {
+Answer solve_and_verify(const GuaranteedProblem& problem, const SolveOptions& options,
+                        PhaseProfile& profile) {
   Answer answer;
+  profile.enter("solving");
   answer.solution =
       minimax::solve_with({.method = minimax::method_of(options.method)}, problem, options.settings);
+  profile.enter("proving the bounds");
   answer.certificate = certify::certify(problem, options.settings, answer.solution);
   if (options.near_optimality || options.near_settings.monte_carlo) {
+    profile.enter("near-optimality");
     answer.near = certify::assess_near_optimality(problem, answer.solution, options.near_settings);
   }
   return answer;
@@ -163,10 +169,16 @@ std::string summary(const io::RawProblem& raw, const SolveOptions& options, cons
 
 int run(const SolveOptions& options) {
   validate(options.settings, "solver");
+  PhaseProfile profile;
+  profile.enter("reading the problem");
   const io::RawProblem raw = io::read_raw_problem(options.problem);
-  const Answer answer = solve_and_verify(raw.problem, options);
+  const Answer answer = solve_and_verify(raw.problem, options, profile);
+  profile.enter("writing the result");
   std::cout << (options.json ? io::dump(to_json(raw, options, answer)) : summary(raw, options, answer))
             << std::flush;
+  if (options.profile) {
+    std::cerr << profile.table();
+  }
   switch (answer.solution.status) {
     case SolveStatus::kOptimal:
       return kSolved;
@@ -193,6 +205,7 @@ void add_solve(CLI::App& app, Action& action) {
                     "also the worst admissible parameters and what any estimator could guarantee");
   command->add_flag("--monte-carlo", options->near_settings.monte_carlo,
                     "the same, sharpened by a Monte Carlo bound (99.9 % confidence)");
+  command->add_flag("--profile", options->profile, "print to standard error where the time went, by phase");
   command->add_option("--method", options->method, "structured, sdp or conditional-gradient")
       ->check(CLI::IsMember({"structured", "sdp", "conditional-gradient"}))
       ->capture_default_str();

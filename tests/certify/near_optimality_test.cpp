@@ -65,7 +65,7 @@ TEST(UnitBalls, AreFoundInMixedCoordinates) {
                 1e-12);
   }
   EXPECT_NEAR(z.dot(balls->information * z), (problem.information_factor * theta).squaredNorm(), 1e-9);
-  EXPECT_NEAR(z.dot(balls->criterion * z), (problem.criterion_factor * theta).squaredNorm(), 1e-9);
+  EXPECT_NEAR((balls->output * z).squaredNorm(), (problem.criterion_factor * theta).squaredNorm(), 1e-9);
 }
 
 TEST(UnitBalls, OverlappingEllipsoidsHaveNone) {
@@ -100,7 +100,7 @@ TEST(NearOptimality, OneParameterHasTheKnownConstants) {
 /// K = 0 and the top eigenvector as prior: the optimum for one ellipsoid without measurement.
 minimax::Solution without_measurement(const GuaranteedProblem& problem) {
   const auto balls = certify::find_unit_balls(problem, Eigen::MatrixXd::Zero(problem.parameters(), 1));
-  const trammel::linalg::SymmetricEigen eigen(balls->criterion);
+  const trammel::linalg::SymmetricEigen eigen(balls->output.transpose() * balls->output);
   minimax::Solution solution;
   solution.status = trammel::SolveStatus::kOptimal;
   solution.gain = Eigen::MatrixXd::Zero(problem.parameters(), problem.parameters());

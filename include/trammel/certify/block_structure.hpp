@@ -20,7 +20,7 @@ namespace trammel::inline TRAMMEL_ABI::certify {
 /// | -      | scaling            | p x p | back to the problem's coordinates                              |
 /// | -      | inverse            | p x p | z = inverse theta                                             |
 /// | J      | information        | p x p | information matrix of z                                       |
-/// | S      | criterion          | p x p | criterion of z                                                 |
+/// | C      | output             | c x p | a factor of the criterion of z, S = C'C, c <= p                |
 /// | V      | prior              | p x p | least favourable second moments of z, tr V_ll <= 1             |
 /// | -      | offset             | s + 1 | block l holds coordinates offset[l] .. offset[l + 1] - 1        |
 ///
@@ -29,7 +29,7 @@ struct UnitBalls {
   Eigen::MatrixXd scaling;
   Eigen::MatrixXd inverse;
   Eigen::MatrixXd information;
-  Eigen::MatrixXd criterion;
+  Eigen::MatrixXd output;
   Eigen::MatrixXd prior;
   std::vector<Eigen::Index> offset;
 

@@ -66,10 +66,13 @@ TRAMMEL_INLINE std::optional<UnitBalls> find_unit_balls(const GuaranteedProblem&
   }
   balls.scaling = block_detail::scaled_inverse(balls.inverse);
   const Eigen::MatrixXd seen = problem.information_factor * balls.scaling;
-  const Eigen::MatrixXd output = problem.criterion_factor * balls.scaling;
+  balls.output = problem.criterion_factor * balls.scaling;
+  if (balls.output.rows() > p) {
+    balls.output =
+        linalg::Qr(balls.output).matrixQR().topRows(p).triangularView<Eigen::Upper>().toDenseMatrix();
+  }
   const Eigen::MatrixXd factor = balls.inverse * prior_factor;
   balls.information = seen.transpose() * seen;
-  balls.criterion = output.transpose() * output;
   balls.prior = factor * factor.transpose();
   for (Eigen::Index l = 0; l < balls.blocks(); ++l) {
     // Rounding errors of the solver: scale blocks that are slightly too large.

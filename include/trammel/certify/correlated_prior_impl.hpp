@@ -151,8 +151,13 @@ TRAMMEL_INLINE double correlated_bound(const GuaranteedProblem& problem,
   const Eigen::MatrixXd seen = problem.information_factor * prior_factor;
   const Eigen::MatrixXd information = seen.transpose() * seen;
   const Eigen::MatrixXd output = problem.criterion_factor * prior_factor;
-  const Eigen::MatrixXd criterion = output.transpose() * output;
-  std::vector<Eigen::MatrixXd> ellipsoids;
+  Eigen::Index rows = 0;
+  for (const Eigen::MatrixXd& factor : problem.ellipsoids) {
+    rows += factor.rows();
+  }
+  // The images a_l L side by side, transposed: as matrices L'H_l L they would take s k^2 numbers.
+  Eigen::MatrixXd images(k, rows);
+  std::vector<Eigen::Index> first{0};
   std::vector<GaussianNorm> norms;
   for (const Eigen::MatrixXd& factor : problem.ellipsoids) {
     const Eigen::MatrixXd image = factor * prior_factor;
@@ -160,21 +165,25 @@ TRAMMEL_INLINE double correlated_bound(const GuaranteedProblem& problem,
     if (image.rows() == 0 || !(eigen.eigenvalues().maxCoeff() > 0.0)) {
       continue;
     }
-    ellipsoids.push_back(image.transpose() * image);
+    images.middleCols(first.back(), image.rows()) = image.transpose();
+    first.push_back(first.back() + image.rows());
     norms.emplace_back(eigen.eigenvalues());
   }
   double best = 0.0;
   for (int i = 0; i < kScales; ++i) {
     const double scale =
         kSmallestScale * std::pow(kLargestScale / kSmallestScale, static_cast<double>(i) / (kScales - 1));
+    Eigen::VectorXd root(first.back());
+    for (std::size_t l = 0; l < norms.size(); ++l) {
+      root.segment(first[l], first[l + 1] - first[l])
+          .setConstant(std::sqrt(cut_off_information(norms[l], scale)));
+    }
     Eigen::MatrixXd total = information;
     total.diagonal().array() += 1.0 / (scale * scale);
-    for (std::size_t l = 0; l < ellipsoids.size(); ++l) {
-      total += cut_off_information(norms[l], scale) * ellipsoids[l];
-    }
+    total.selfadjointView<Eigen::Lower>().rankUpdate(images.leftCols(first.back()) * root.asDiagonal());
     const linalg::Cholesky cholesky(total);
-    if (total.allFinite() && cholesky.info() == Eigen::Success) {
-      best = std::max(best, cholesky.solve(criterion).trace());
+    if (root.allFinite() && cholesky.info() == Eigen::Success) {
+      best = std::max(best, cholesky.matrixL().solve(output.transpose()).squaredNorm());
     }
   }
   return (1.0 - kRounding) * best;

@@ -237,7 +237,7 @@ class Spheres final : public Sampler {
       }
     }
     const Eigen::VectorXd moved = theta - start;
-    return moved.dot(balls_.criterion * moved) / 2.0;
+    return (balls_.output * moved).squaredNorm() / 2.0;
   }
 
  private:

@@ -37,22 +37,24 @@ inline constexpr int kPatience = 6;
 /// Squared half-widths below this are as good as zero.
 inline constexpr double kSmallestSquare = 1e-14;
 
-/// tr S (J + D)^-1 and diag of (J + D)^-1 S (J + D)^-1; value 0 if J + D is not positive definite.
+/// tr S (J + D)^-1 and X = (J + D)^-1 C', S = C'C, of which X X' is the sensitivity of the value to -D; value
+/// 0 if J + D is not positive definite.
 struct Evaluation {
   double value = 0.0;
-  Eigen::MatrixXd sensitivity;
+  Eigen::MatrixXd half;
 };
 
-inline Evaluation evaluate(const Eigen::MatrixXd& information, const Eigen::MatrixXd& criterion,
+inline Evaluation evaluate(const Eigen::MatrixXd& information, const Eigen::MatrixXd& output,
                            const Eigen::MatrixXd& added) {
   Evaluation result;
   const linalg::Cholesky cholesky(information + added);
   if (cholesky.info() != Eigen::Success) {
     return result;
   }
-  const Eigen::MatrixXd half = cholesky.solve(criterion);
-  result.value = half.trace();
-  result.sensitivity = cholesky.solve(half.transpose());
+  result.half = output.transpose();
+  cholesky.matrixL().solveInPlace(result.half);
+  result.value = result.half.squaredNorm();
+  cholesky.matrixU().solveInPlace(result.half);
   return result;
 }
 
@@ -60,7 +62,7 @@ inline Evaluation evaluate(const Eigen::MatrixXd& information, const Eigen::Matr
 /// sum w^2 = 1; the rest (free ones) have no prior.
 struct Boxes {
   Eigen::MatrixXd information;
-  Eigen::MatrixXd criterion;
+  Eigen::MatrixXd output;
   std::vector<Eigen::Index> offset;
   Eigen::VectorXd square;  ///< w^2 of the bounded coordinates, the start of the iteration
 };
@@ -91,20 +93,21 @@ inline BoxResult optimise_boxes(const Boxes& boxes, int iterations) {
       added(j) =
           interval_information(boxes.information(j, j), std::sqrt(std::max(square(j), kSmallestSquare)));
     }
-    const Evaluation evaluation = evaluate(boxes.information, boxes.criterion, added.asDiagonal());
+    const Evaluation evaluation = evaluate(boxes.information, boxes.output, added.asDiagonal());
     if (evaluation.value > best.value) {
       best.value = evaluation.value;
       best.square = square;
     }
-    if (evaluation.sensitivity.size() == 0) {
+    if (evaluation.half.size() == 0) {
       break;
     }
+    const Eigen::VectorXd sensitivity = evaluation.half.rowwise().squaredNorm();
     for (std::size_t g = 0; g + 1 < boxes.offset.size(); ++g) {
       const Eigen::Index first = boxes.offset[g];
       const Eigen::Index count = boxes.offset[g + 1] - first;
       const Eigen::VectorXd wanted =
-          (evaluation.sensitivity.diagonal().segment(first, count).cwiseMax(0.0).array() *
-           added.segment(first, count).array() * square.segment(first, count).array())
+          (sensitivity.segment(first, count).array() * added.segment(first, count).array() *
+           square.segment(first, count).array())
               .sqrt();
       if (wanted.sum() > 0.0) {
         // Rounded down so that the widths stay in the ball.
@@ -143,7 +146,7 @@ inline Boxes make_boxes(const UnitBalls& balls, const Grouping& grouping) {
     columns = (columns * eigen.eigenvectors()).eval();
   }
   boxes.information = directions.transpose() * balls.information * directions;
-  boxes.criterion = directions.transpose() * balls.criterion * directions;
+  boxes.output = balls.output * directions;
   boxes.square = equal_squares(boxes.offset);
   return boxes;
 }
@@ -250,7 +253,7 @@ TRAMMEL_INLINE double ball_bound(const UnitBalls& balls) {
           (prior.tau - 1.0) * balls.information.block(first, first, count, count) +
           prior.k * Eigen::MatrixXd::Identity(count, count);
     }
-    const Evaluation evaluation = evaluate(balls.information, balls.criterion, added);
+    const Evaluation evaluation = evaluate(balls.information, balls.output, added);
     if (!(evaluation.value > best * (1.0 + kRounding))) {
       break;
     }
@@ -258,7 +261,8 @@ TRAMMEL_INLINE double ball_bound(const UnitBalls& balls) {
     for (Eigen::Index l = 0; l < balls.blocks(); ++l) {
       const Eigen::Index first = balls.begin(l);
       const Eigen::Index count = balls.block_size(l);
-      const auto weight = evaluation.sensitivity.block(first, first, count, count);
+      const auto rows = evaluation.half.middleRows(first, count);
+      const Eigen::MatrixXd weight = rows * rows.transpose();
       const double per_tau = weight.cwiseProduct(balls.information.block(first, first, count, count)).sum();
       const double per_k = weight.trace();
       const auto& table = tables[count];

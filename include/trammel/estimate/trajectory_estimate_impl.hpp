@@ -148,6 +148,9 @@ TRAMMEL_INLINE TrajectoryEstimate evaluate_solution(const Scenario& scenario,
                                                     minimax::Solution solution,
                                                     const EstimateSettings& settings,
                                                     const ProgressObserver& observe) {
+  if (observe) {
+    observe({.phase = "proving the bounds", .fraction = 0.0});
+  }
   certify::Certificate certificate = certify::certify(problem.problem, settings.solver, solution);
   return evaluate_verified(scenario, problem, std::move(solution), std::move(certificate), settings, observe);
 }
@@ -160,6 +163,9 @@ TRAMMEL_INLINE TrajectoryEstimate evaluate_verified(
   TrajectoryEstimate result;
   result.parameters = coordinates.parameters();
   result.observations = problem.observations;
+  if (observe) {
+    observe({.phase = "bounds alone, measurements alone", .fraction = 0.0});
+  }
   result.certificate = std::move(certificate);
   result.guaranteed_rms_m = linalg::round_up(std::sqrt(solution.upper));
   result.lower_bound_rms_m = std::max(0.0, linalg::round_down(std::sqrt(std::max(0.0, solution.lower))));
@@ -194,6 +200,9 @@ TRAMMEL_INLINE TrajectoryEstimate evaluate_verified(
   };
   collect(problem.ellipsoid_of_bound, result.lambda_m2);
   collect(problem.ellipsoid_of_station, result.lambda_stations_m2);
+  if (observe) {
+    observe({.phase = "bounds per time", .fraction = 0.0});
+  }
   const PointwiseGuarantee guarantee(problem, scenario.bounds, solution.gain);
   for (std::size_t i = 0; i < times.size(); ++i) {
     result.guaranteed_rms_at_m.push_back(guarantee.rms_m(times[i]));
@@ -214,6 +223,9 @@ TRAMMEL_INLINE TrajectoryEstimate evaluate_verified(
     }
   }
   if (!scenario.observations.empty()) {
+    if (observe) {
+      observe({.phase = "residuals", .fraction = 0.0});
+    }
     Eigen::VectorXd z =
         solution.gain * (problem.problem.information_factor.transpose() * problem.information_rhs);
     const BiasEstimate biases = estimate_biases(problem, scenario.bounds, solution.gain);
