@@ -48,6 +48,7 @@ file = "obs.csv"
 method = "structured"
 relative_gap = 1e-7
 max_iterations = 50
+threads = 2
 relinearise = false
 )";
 
@@ -95,6 +96,7 @@ TEST(ScenarioReader, ReadsEveryField) {
   EXPECT_FALSE(scenario.observations[2].covariance.has_value());
   EXPECT_EQ(input.settings.estimate.solver.relative_gap, 1e-7);
   EXPECT_EQ(input.settings.estimate.solver.max_iterations, 50);
+  EXPECT_EQ(input.settings.estimate.solver.threads, 2);
   EXPECT_FALSE(input.settings.relinearise);
   ASSERT_EQ(input.inputs.size(), 2U);
   EXPECT_EQ(input.inputs[0].name, "s.toml");
@@ -240,6 +242,7 @@ TEST(ScenarioReader, BadScenariosNameLineKeyFoundAndExpected) {
        "solver.relative_gap: found 0, expected a number between 0 and 1"},
       {"max_iterations = 50", "max_iterations = 2.5",
        "solver.max_iterations: found 2.5, expected a whole number"},
+      {"threads = 2", "threads = -1", "solver.threads: found -1, expected a whole number from 0 to 10000"},
       {"relinearise = false", "relinearise = 1", "solver.relinearise: found 1, expected true or false"},
       {"relinearise = false", "relinearise = false\ncross_fit = true",
        "solver.cross_fit: found true beside relinearise = false, expected one of the two"},

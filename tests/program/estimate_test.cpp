@@ -43,6 +43,18 @@ TEST(Design, PrintsTheContractAndNothingElse) {
   EXPECT_FALSE(json.contains("estimate"));
 }
 
+TEST(Design, ProfileNamesThePhases) {
+  const test::TemporaryFolder folder;
+  (void)folder.write("s.toml", test::small_scenario());
+  const auto run = run_program(folder, "design s.toml --profile");
+  EXPECT_EQ(run.exit_code, 0);
+  for (const char* phase :
+       {"reading the scenario", "solving", "proving the bounds", "near-optimality", "in all"}) {
+    EXPECT_NE(run.errors.find(phase), std::string::npos) << phase << " in\n" << run.errors;
+  }
+  EXPECT_EQ(run.output.find("proving"), std::string::npos);
+}
+
 // A station on the move, readings and clock off: from the files to the biases in the result.
 TEST(Estimate, OfStationsThatMoveAndErr) {
   const test::TemporaryFolder folder;
