@@ -281,11 +281,42 @@ int whole_number(const Node& node, std::int64_t smallest, std::int64_t largest) 
   return static_cast<int>(value);
 }
 
+/// Keys of the method "windows", and what does not go with it.
+void read_windows(const Node& node, ScenarioInput& input) {
+  constexpr std::int64_t kMostSegments = 1000;
+  const Node* segments = node.find("window_segments");
+  const Node* overlap = node.find("window_overlap");
+  if (!input.windows) {
+    for (const Node* key : {segments, overlap}) {
+      if (key != nullptr) {
+        key->fail("it with another method", "method = \"windows\" beside it");
+      }
+    }
+    return;
+  }
+  input.windows->core = segments != nullptr ? whole_number(*segments, 1, kMostSegments) : input.windows->core;
+  input.windows->overlap =
+      overlap != nullptr ? whole_number(*overlap, 1, kMostSegments) : input.windows->overlap;
+  if (node.has("relative_gap")) {
+    input.windows->relative_gap = input.settings.estimate.solver.relative_gap;
+  }
+  if (input.settings.cross_fit || input.reject_outliers || input.settings.minimum_height_m ||
+      input.settings.model_error.position_m > 0.0 || input.settings.model_error.velocity_mps > 0.0) {
+    node.at("method").fail(
+        "\"windows\" beside cross_fit, reject_outliers, minimum_height_m, or a model error",
+        "method \"structured\", which states the error of nonlinear measurements, or none of these");
+  }
+}
+
 void read_solver(const Node& node, ScenarioInput& input) {
   minimax::SolverSettings& solver = input.settings.estimate.solver;
   if (const Node* method = node.find("method")) {
-    input.settings.estimate.method.method =
-        minimax::method_of(method->choice({"structured", "sdp", "conditional-gradient"}));
+    const std::string name = method->choice({"structured", "sdp", "conditional-gradient", "windows"});
+    if (name == "windows") {
+      input.windows.emplace();
+    } else {
+      input.settings.estimate.method.method = minimax::method_of(name);
+    }
   }
   if (const Node* variant = node.find("variant")) {
     using minimax::ConditionalGradientVariant;
@@ -319,6 +350,7 @@ void read_solver(const Node& node, ScenarioInput& input) {
       cross_fit->fail("true beside relinearise = false", "one of the two");
     }
   }
+  read_windows(node, input);
 }
 
 }  // namespace

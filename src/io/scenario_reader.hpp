@@ -4,11 +4,13 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "trammel/localise/flight_estimate.hpp"
 #include "trammel/problem/scenario.hpp"
+#include "trammel/window/ranges.hpp"
 
 namespace trammel::io {
 
@@ -24,7 +26,8 @@ struct InputFile {
 struct ScenarioInput {
   Scenario scenario;
   localise::FlightSettings settings;
-  bool reject_outliers = false;  ///< observations.reject_outliers
+  bool reject_outliers = false;                   ///< observations.reject_outliers
+  std::optional<window::WindowSettings> windows;  ///< with solver.method = "windows"
   std::vector<InputFile> inputs;
 };
 
@@ -51,8 +54,9 @@ enum class Observations {
 ///                position_m = [3] | file = "path.csv" | track = [[t_s, x_m, y_m, z_m], ..]
 ///                bias = {range_m = .., time_s = ..}      # semi-axes by component and of the clock
 /// [observations] file = "measurements.csv", reject_outliers = false | true      # optional
-/// [solver]       method = "structured" | "sdp" | "conditional-gradient", relative_gap, max_iterations,
-///                threads = 1, relinearise = true | false, cross_fit = false | true
+/// [solver]       method = "structured" | "sdp" | "conditional-gradient" | "windows", relative_gap,
+///                max_iterations, threads = 1, relinearise = true | false, cross_fit = false | true;
+///                with "windows" also window_segments, window_overlap
 /// ```
 /// Files are relative to the scenario's folder. A station needs times_s unless there are observations, and
 /// a place unless its kind is "position" (where it is the origin of the coordinates it reports). A track

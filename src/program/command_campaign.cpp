@@ -20,6 +20,7 @@
 #include "../report/campaign_summary.hpp"
 #include "../report/report.hpp"
 #include "commands.hpp"
+#include "flight_of.hpp"
 #include "in_file.hpp"
 #include "terminal_progress.hpp"
 #include "trammel/campaign/motion_study.hpp"
@@ -72,6 +73,8 @@ int run_plan(const CampaignOptions& options) {
     scenario.file = std::filesystem::proximate(file, folder).generic_string();
     scenario.inputs = input.inputs;
     if (monte_carlo) {
+      require(!input.windows, file + ": solver.method", "\"windows\"",
+              "method \"structured\" for a Monte Carlo study: it keeps the whole gain");
       const estimate::TrajectoryEstimate estimate = in_file(file, [&] {
         return estimate::estimate_trajectory(input.scenario, bounds_only(input.settings.estimate),
                                              progress.observer());
@@ -141,12 +144,11 @@ class CampaignWork {
 
   [[nodiscard]] std::string flight_row(std::size_t index) const {
     const std::string& file = folder_.manifest().scenarios[index].file;
-    const io::ScenarioInput input = folder_.scenario(index);
+    io::ScenarioInput input = folder_.scenario(index);
+    input.settings.estimate = bounds_only(input.settings.estimate);
     const auto number = [](double value) { return std::isnan(value) ? "" : io::shortest(value); };
     try {
-      localise::FlightSettings settings = input.settings;
-      settings.estimate = bounds_only(settings.estimate);
-      const localise::FlightEstimate flight = localise::estimate_flight(input.scenario, settings);
+      const localise::FlightEstimate flight = flight_of(input);
       const estimate::TrajectoryEstimate& estimate = flight.estimate;
       const minimax::Solution& solution = estimate.solution;
       const report::ReportInput result{input, estimate, nullptr,

@@ -12,10 +12,10 @@
 #include "../io/scenario_reader.hpp"
 #include "../report/result_files.hpp"
 #include "commands.hpp"
+#include "flight_of.hpp"
 #include "phase_profile.hpp"
 #include "terminal_progress.hpp"
 #include "trammel/estimate/trajectory_estimate.hpp"
-#include "trammel/localise/flight_estimate.hpp"
 #include "trammel/localise/outliers.hpp"
 
 namespace trammel::program {
@@ -50,6 +50,8 @@ int run(const EstimateOptions& options) {
     input.inputs.push_back(
         {std::filesystem::path(options.truth).filename().string(), io::sha256(io::read_text(options.truth))});
   }
+  require(!(input.windows && options.monte_carlo), "--monte-carlo", "it with solver.method \"windows\"",
+          "method \"structured\": windows give no bound over all estimators");
   if (!options.folder.empty()) {
     io::create_folder(options.folder);  // before the work, so that a wrong folder does not waste it
   }
@@ -73,12 +75,15 @@ int run(const EstimateOptions& options) {
     TerminalProgress progress;
     const ProgressObserver observe = profile.observer(progress.observer());
     profile.enter("preparing");
-    if (options.design_only) {
+    if (options.design_only && !input.windows) {
       flight.estimate = estimate::estimate_trajectory(input.scenario, input.settings.estimate, observe);
-      flight.estimate.observed.reset();
     } else {
-      flight = localise::estimate_flight(input.scenario, input.settings, observe);
+      input.settings.relinearise = input.settings.relinearise && !options.design_only;
+      flight = flight_of(input, observe);
     }
+  }
+  if (options.design_only) {
+    flight.estimate.observed.reset();
   }
   profile.enter("writing the result");
   const estimate::TrajectoryEstimate& estimate = flight.estimate;

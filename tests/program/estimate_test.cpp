@@ -55,6 +55,44 @@ TEST(Design, ProfileNamesThePhases) {
   EXPECT_EQ(run.output.find("proving"), std::string::npos);
 }
 
+// A long scenario by windows: the same result, other ways to be wrong.
+TEST(Estimate, ByWindows) {
+  const test::TemporaryFolder folder;
+  const std::string solver = "[solver]\nmethod = \"windows\"\nwindow_segments = 10\nwindow_overlap = 12\n";
+  const std::string plan = replaced(
+      replaced(replaced(test::small_scenario(), "[0, 10, 20, 30]", "{start = 0, stop = 240, step = 8}"),
+               "stop = 30, step = 1", "stop = 240, step = 1"),
+      "covariance = [[1e-5, 0, 0], [0, 1e-5, 0], [0, 0, 25]]",
+      "covariance = [[1e-6, 0, 0], [0, 1e-6, 0], [0, 0, 25]]");
+  (void)folder.write("plan.toml", plan);
+  (void)folder.write("truth.csv", "t_s,x_m,y_m,z_m\n0,1000,2000,500\n240,8200,2000,740\n");
+  ASSERT_EQ(run_program(folder, "simulate plan.toml truth.csv --seed 4 --out obs.csv").exit_code, 0);
+  (void)folder.write("w.toml", plan + kObserved + solver + "relative_gap = 0.02\n");
+  const auto run = run_program(folder, "estimate w.toml --truth truth.csv --json --out out");
+  EXPECT_EQ(run.exit_code, 0) << run.output;
+  const io::Json json = run.json();
+  EXPECT_EQ(json.at("method"), "windows");
+  EXPECT_EQ(json.at("claim"), "verified");
+  EXPECT_EQ(json.at("lambda_m2").size(), 32U);
+  EXPECT_LT(json.at("truth").at("actual_rms_error_m").get<double>(),
+            2.0 * json.at("guaranteed_rms_m").get<double>());
+  EXPECT_EQ(io::read_csv(folder.path() / "out/trajectory.csv").rows.size(), 211U);
+  (void)folder.write("d.toml", plan + kObserved);
+  const auto dense = run_program(folder, "estimate d.toml --bounds-only --json").json();
+  EXPECT_LE(json.at("lower_bound_rms_m").get<double>(), 1.001 * dense.at("guaranteed_rms_m").get<double>());
+  EXPECT_GE(1.001 * json.at("guaranteed_rms_m").get<double>(), dense.at("lower_bound_rms_m").get<double>());
+  const auto refused = [&](const std::string& text, const std::string& expected) {
+    (void)folder.write("bad.toml", plan + kObserved + text);
+    const auto failed = run_program(folder, "estimate bad.toml");
+    EXPECT_EQ(failed.exit_code, 2) << text;
+    EXPECT_NE(failed.errors.find(expected), std::string::npos) << failed.errors;
+  };
+  refused("[solver]\nwindow_overlap = 3\n", "method = \"windows\" beside it");
+  refused("[solver]\nmethod = \"windows\"\nwindow_overlap = 0\n", "a whole number from 1 to 1000");
+  refused("[solver]\nmethod = \"windows\"\ncross_fit = true\n", "method \"structured\"");
+  refused("[criterion]\nkind = \"final\"\n" + solver, "the integral over the whole flight");
+}
+
 // A station on the move, readings and clock off: from the files to the biases in the result.
 TEST(Estimate, OfStationsThatMoveAndErr) {
   const test::TemporaryFolder folder;

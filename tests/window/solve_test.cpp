@@ -151,7 +151,7 @@ TEST(Windows, AThousandSegmentsInSeconds) {
 }
 
 // Where the noise hides the manoeuvres the least favourable prior is nearly singular: the interval becomes
-// wide, but it still holds the optimum.
+// wider, but it still holds the optimum.
 TEST(Windows, NoisyFlightsKeepAValidInterval) {
   Scenario scenario = zoo::long_flight(40).scenario;
   for (Station& station : scenario.stations) {
@@ -164,6 +164,7 @@ TEST(Windows, NoisyFlightsKeepAValidInterval) {
   EXPECT_NE(solution.certificate.claim, Claim::kNone) << solution.certificate.remark;
   EXPECT_LE(solution.certificate.lower, whole.upper);
   EXPECT_GE(solution.certificate.upper, whole.lower);
+  EXPECT_LE(solution.certificate.upper - solution.certificate.lower, 1e-2 * solution.certificate.upper);
 }
 
 }  // namespace

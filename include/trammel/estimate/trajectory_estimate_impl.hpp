@@ -12,6 +12,7 @@
 #include "trammel/estimate/bias_bound.hpp"
 #include "trammel/estimate/bounded_motion.hpp"
 #include "trammel/estimate/observed.hpp"
+#include "trammel/estimate/output_grid.hpp"
 #include "trammel/estimate/pointwise_guarantee.hpp"
 #include "trammel/estimate/trajectory_estimate.hpp"
 #include "trammel/linalg/double_double.hpp"
@@ -21,34 +22,6 @@
 namespace trammel::inline TRAMMEL_ABI::estimate {
 
 namespace detail {
-
-/// Rows of the dense grid when no step is asked for.
-inline constexpr Eigen::Index kGridRows = 200;
-
-inline std::vector<double> output_grid(const trajectory::SplineBasis& basis, double step_s) {
-  std::vector<double> times;
-  if (step_s > 0.0) {
-    // A last step shorter than this part of the others is joined to the one before.
-    constexpr double kShort = 1e-6;
-    for (Eigen::Index i = 0;; ++i) {
-      const double t = basis.begin_s() + static_cast<double>(i) * step_s;
-      if (t >= basis.end_s() - kShort * step_s) {
-        break;
-      }
-      times.push_back(t);
-    }
-  } else {
-    const Eigen::Index parts = (kGridRows + basis.segments() - 1) / basis.segments();
-    for (Eigen::Index i = 0; i < basis.segments(); ++i) {
-      for (Eigen::Index k = 0; k < parts; ++k) {
-        times.push_back(basis.knot(i) +
-                        basis.length_s(i) * static_cast<double>(k) / static_cast<double>(parts));
-      }
-    }
-  }
-  times.push_back(basis.end_s());
-  return times;
-}
 
 /// Certified rms error without measurements, where the bounds alone limit it.
 inline double prior_rms(const TrajectoryProblem& problem, const MotionBounds& bounds) {
@@ -102,18 +75,6 @@ inline std::vector<std::string> direction_words(const MotionCoordinates& coordin
   return words;
 }
 
-inline PathTable nominal_on_grid(const trajectory::NominalTrajectory& nominal,
-                                 const std::vector<double>& times_s) {
-  const auto count = static_cast<Eigen::Index>(times_s.size());
-  PathTable table{
-      .times_s = times_s, .position_m = Eigen::MatrixXd(count, 3), .velocity_mps = Eigen::MatrixXd(count, 3)};
-  for (Eigen::Index i = 0; i < count; ++i) {
-    table.position_m.row(i) = nominal.position(times_s[static_cast<std::size_t>(i)]).transpose();
-    table.velocity_mps.row(i) = nominal.velocity(times_s[static_cast<std::size_t>(i)]).transpose();
-  }
-  return table;
-}
-
 }  // namespace detail
 
 TRAMMEL_INLINE std::optional<GaussMarkov> gauss_markov(const TrajectoryProblem& problem) {
@@ -159,7 +120,7 @@ TRAMMEL_INLINE TrajectoryEstimate evaluate_verified(
     const Scenario& scenario, const TrajectoryProblem& problem, minimax::Solution solution,
     certify::Certificate certificate, const EstimateSettings& settings, const ProgressObserver& observe) {
   const MotionCoordinates& coordinates = problem.coordinates;
-  const std::vector<double> times = detail::output_grid(coordinates.basis(), settings.output_step_s);
+  const std::vector<double> times = output_grid(coordinates.basis(), settings.output_step_s);
   TrajectoryEstimate result;
   result.parameters = coordinates.parameters();
   result.observations = problem.observations;
@@ -170,7 +131,7 @@ TRAMMEL_INLINE TrajectoryEstimate evaluate_verified(
   result.guaranteed_rms_m = linalg::round_up(std::sqrt(solution.upper));
   result.lower_bound_rms_m = std::max(0.0, linalg::round_down(std::sqrt(std::max(0.0, solution.lower))));
   result.prior_rms_m = detail::prior_rms(problem, scenario.bounds);
-  result.nominal = detail::nominal_on_grid(problem.nominal, times);
+  result.nominal = nominal_on_grid(problem.nominal, times);
   const std::optional<GaussMarkov> unbounded_estimate = gauss_markov(problem);
   if (unbounded_estimate) {
     result.gauss_markov_rms_m = unbounded_estimate->rms_m;

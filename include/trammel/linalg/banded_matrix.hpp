@@ -73,12 +73,12 @@ class BandedMatrix {
     return result;
   }
 
-  /// Writes `values` into row i, columns j0..; what falls outside the band is left out.
-  void set(Eigen::Index i, Eigen::Index j0, const Eigen::RowVectorXd& values) {
+  /// Adds `values` to row i, columns j0..; what falls outside the band is left out.
+  void add(Eigen::Index i, Eigen::Index j0, const Eigen::RowVectorXd& values) {
     const Eigen::Index begin = std::max(j0, first(i));
     const Eigen::Index end = std::min(j0 + values.size(), behind(i));
     if (begin < end) {
-      row(i).segment(begin - i + lower_, end - begin) = values.segment(begin - j0, end - begin);
+      row(i).segment(begin - i + lower_, end - begin) += values.segment(begin - j0, end - begin);
     }
   }
 
@@ -184,23 +184,23 @@ inline void solve_normal_in_place(const BandedMatrix& R, Eigen::MatrixXd& x) {
   }
 }
 
-/// (R'R)^-1 within the band of R'R, for an upper triangle R: row by row from the last (Takahashi, Fagan, Chin
-/// 1973, "Formation of a sparse bus impedance matrix and its application to short circuit study"). Cost: n
-/// upper^2 operations.
-[[nodiscard]] inline BandedMatrix inverse_within_band(const BandedMatrix& R) {
-  const Eigen::Index reach = R.upper();
+/// (R'R)^-1 within `reach` places of the diagonal, at least the band of R'R, for an upper triangle R: row by
+/// row from the last (Takahashi, Fagan, Chin 1973, "Formation of a sparse bus impedance matrix and its
+/// application to short circuit study"). Cost: n upper reach operations.
+[[nodiscard]] inline BandedMatrix inverse_within_band(const BandedMatrix& R, Eigen::Index reach = 0) {
+  reach = std::max(reach, R.upper());
   BandedMatrix Z(R.size(), reach, reach);
   Eigen::RowVectorXd behind(reach);
   for (Eigen::Index i = R.size(); i-- > 0;) {
-    const Eigen::Index count = R.behind(i) - i - 1;
+    const Eigen::Index count = Z.behind(i) - i - 1;
     behind.head(count).setZero();
-    for (Eigen::Index k = i + 1; k <= i + count; ++k) {  // columns i + 1 .. i + count of row k
+    for (Eigen::Index k = i + 1; k < R.behind(i); ++k) {  // columns i + 1 .. i + count of row k
       behind.head(count) -= R.at(i, k) / R.at(i, i) * Z.row(k).segment(i + 1 - k + reach, count);
     }
     double own = 1.0 / R.at(i, i);
     for (Eigen::Index j = i + 1; j <= i + count; ++j) {
       Z.at(i, j) = Z.at(j, i) = behind(j - i - 1);
-      own -= R.at(i, j) * Z.at(i, j);
+      own -= R(i, j) * Z.at(i, j);
     }
     Z.at(i, i) = own / R.at(i, i);
   }

@@ -59,6 +59,7 @@ enum class Method {
   kInteriorPoint,      ///< structured primal-dual interior point
   kSemidefinite,       ///< the linear matrix inequality through the general solver
   kConditionalGradient,
+  kWindows,  ///< overlapping windows of a long flight (window::solve_windows)
 };
 
 [[nodiscard]] constexpr std::string_view to_string(Method method) noexcept {
@@ -70,9 +71,11 @@ enum class Method {
     case Method::kSemidefinite:
       return "semidefinite";
     case Method::kConditionalGradient:
+      return "conditional_gradient";
+    case Method::kWindows:
       break;
   }
-  return "conditional_gradient";
+  return "windows";
 }
 
 /// Answer to a GuaranteedProblem. p parameters, s ellipsoids; all in the problem's own coordinates.

@@ -10,6 +10,7 @@
 #include "trammel/problem/banded_problem.hpp"
 #include "trammel/problem/whitened_rows.hpp"
 #include "trammel/trajectory/criterion_factor.hpp"
+#include "trammel/trajectory/motion_parameters.hpp"
 
 namespace trammel::inline TRAMMEL_ABI {
 
@@ -41,16 +42,11 @@ inline void require_banded(const Scenario& scenario) {
 /// Rows of the bounds over their semi-axes.
 inline linalg::BandedMatrix bound_rows(const trajectory::SplineBasis& basis, const MotionBounds& bounds) {
   linalg::BandedMatrix D(3 * basis.coefficients(), 8, 8);
-  const trajectory::LocalBasis<double> start = basis.at(basis.begin_s());
   for (Eigen::Index l = 0; l < basis.coefficients(); ++l) {
-    const Eigen::Index first = l < 2 ? 0 : l - 2;
-    const Eigen::RowVector3d rows =
-        l == 0   ? Eigen::RowVector3d(start.value)
-        : l == 1 ? Eigen::RowVector3d(start.rate)
-                 : Eigen::RowVector3d(basis.on_segment(first, basis.knot(first)).second_rate);
+    const trajectory::MotionRow row = trajectory::motion_row_of_coefficients(basis, l);
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
       for (Eigen::Index k = 0; k < 3; ++k) {
-        D.at(3 * l + axis, 3 * (first + k) + axis) = rows(k) / semi_axes(bounds, l)(axis);
+        D.at(3 * l + axis, 3 * (row.first + k) + axis) = row.weight(k) / semi_axes(bounds, l)(axis);
       }
     }
   }
@@ -82,7 +78,7 @@ TRAMMEL_INLINE BandedProblem assemble_banded(const Scenario& scenario,
           double deviation) { result.measurements.add(segment, row, deviation); });
   Eigen::Index at = 0;
   result.residual = result.measurements.merge([&](Eigen::Index first, const auto& band, const auto& rest) {
-    result.information_factor.set(at, first, band);
+    result.information_factor.add(at, first, band);
     result.rhs(at++) = rest(0);
   });
   at = 0;

@@ -133,16 +133,15 @@ TRAMMEL_INLINE std::vector<double> MotionCoordinates::time_offsets_s(const Eigen
 
 TRAMMEL_INLINE Eigen::MatrixXd MotionCoordinates::motion(const Eigen::MatrixXd& z) const {
   const Eigen::MatrixXd c = coefficients(z);
-  const Eigen::MatrixXd map = trajectory::motion_from_coefficients(basis_);
   Eigen::MatrixXd theta = Eigen::MatrixXd::Zero(all_parameters(), z.cols());
   for (Eigen::Index l = 0; l < basis_.coefficients(); ++l) {
-    const Eigen::Index first = l < 2 ? 0 : l - 2;
+    const trajectory::MotionRow row = trajectory::motion_row_of_coefficients(basis_, l);
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
       if (removed_[static_cast<std::size_t>(3 * l + axis)]) {
         continue;
       }
-      for (Eigen::Index k = first; k < first + 3; ++k) {
-        theta.row(3 * l + axis) += map(l, k) * c.row(3 * k + axis);
+      for (Eigen::Index k = 0; k < 3; ++k) {
+        theta.row(3 * l + axis) += row.weight(k) * c.row(3 * (row.first + k) + axis);
       }
     }
   }

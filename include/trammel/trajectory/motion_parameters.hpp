@@ -33,16 +33,28 @@ template <class Scalar>
   return row;
 }
 
+/// What gives motion parameter l of one axis from three spline coefficients: `weight` times those from
+/// `first` on.
+struct MotionRow {
+  Eigen::Index first = 0;
+  Eigen::RowVector3d weight;
+};
+[[nodiscard]] inline MotionRow motion_row_of_coefficients(const SplineBasis& basis, Eigen::Index l) {
+  if (l < 2) {
+    const LocalBasis<double> start = basis.at(basis.begin_s());
+    return {.first = 0, .weight = l == 0 ? start.value : start.rate};
+  }
+  return {.first = l - 2, .weight = basis.on_segment(l - 2, basis.knot(l - 2)).second_rate};
+}
+
 /// (r + 2) x (r + 2) matrix that takes the B-spline coefficients of one axis to its motion parameters (three
 /// numbers per row).
 [[nodiscard]] inline Eigen::MatrixXd motion_from_coefficients(const SplineBasis& basis) {
   const Eigen::Index count = basis.coefficients();
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(count, count);
-  const LocalBasis<double> start = basis.at(basis.begin_s());
-  result.row(0).head<3>() = start.value;
-  result.row(1).head<3>() = start.rate;
-  for (Eigen::Index i = 0; i < basis.segments(); ++i) {
-    result.row(2 + i).segment<3>(i) = basis.on_segment(i, basis.knot(i)).second_rate;
+  for (Eigen::Index l = 0; l < count; ++l) {
+    const MotionRow row = motion_row_of_coefficients(basis, l);
+    result.row(l).segment<3>(row.first) = row.weight;
   }
   return result;
 }

@@ -15,6 +15,10 @@
 
 namespace trammel::inline TRAMMEL_ABI::window {
 
+/// Places from the diagonal up to which J^-1 is kept: about fourteen coefficients per axis. What is left out
+/// enters the certificate squared.
+inline constexpr Eigen::Index kInverseReach = 42;
+
 /// An estimator of the banded problem: with Sigma = diag(root),
 ///
 ///   K = (I + W Sigma D) J^-1,   K J - I = W Sigma D exactly:

@@ -39,18 +39,6 @@ inline double least_information(const Factors& factors) {
   return least_eigenvalue(J.value, J.error(), smallest / 2.0);
 }
 
-/// Coefficients, per axis, over which J^-1 is kept; what is left out enters squared.
-inline constexpr Eigen::Index kInverseReach = 14;
-
-/// J^-1 within a band.
-inline BandedMatrix near_inverse(const BandedMatrix& F) {
-  BandedMatrix wide(F.size(), 0, std::max(F.upper(), 3 * kInverseReach));
-  for (Eigen::Index i = 0; i < F.size(); ++i) {
-    wide.row(i).head(F.width()) = F.row(i);
-  }
-  return linalg::inverse_within_band(wide);
-}
-
 /// Squared error of the noise; infinite where nothing is proved.
 inline double noise(const Factors& factors, const BandedEstimator& estimator) {
   const double information = least_information(factors);
@@ -66,7 +54,8 @@ inline double noise(const Factors& factors, const BandedEstimator& estimator) {
     }
     return multiply(factors.C, error);
   }();
-  const EnclosedBand B = multiply(A, EnclosedBand(near_inverse(factors.F.value)));
+  const EnclosedBand B =
+      multiply(A, EnclosedBand(linalg::inverse_within_band(factors.F.value, kInverseReach)));
   const EnclosedBand seen = multiply(B, factors.F_transposed);
   const EnclosedBand R = add_signed(1.0, A, -1.0, multiply(seen, factors.F));
   return round_up(round_up(seen.squared_norm().upper() + 2.0 * inner_product(B, R).upper()) +

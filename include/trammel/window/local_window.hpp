@@ -12,7 +12,7 @@
 #include "trammel/core/config.hpp"
 #include "trammel/minimax/solution.hpp"
 #include "trammel/problem/banded_problem.hpp"
-#include "trammel/window/solve.hpp"
+#include "trammel/window/ranges.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::window {
 
@@ -30,7 +30,7 @@ struct PriorRows {
 
 /// What a window's own solver found.
 struct WindowMultipliers {
-  Eigen::VectorXd multipliers;  ///< one per bound of the window
+  Eigen::VectorXd multipliers;  ///< one per bound of the window; empty where none were found
   Eigen::MatrixXd moments;      ///< bounds x bounds: V; empty where the multipliers suffice
   int iterations = 0;
 };
@@ -52,9 +52,9 @@ class LocalWindow {
   [[nodiscard]] Eigen::Index core_bound_first() const noexcept;
   [[nodiscard]] Eigen::Index core_bound_behind() const noexcept { return range_.core_behind + 2; }
 
-  /// Step 1 of solve_windows.
+  /// Step 1 of solve_windows: no multipliers where the least favourable prior is singular.
   [[nodiscard]] WindowMultipliers solve(const minimax::SolverSettings& settings) const;
-  /// The same with its moments, by minimax::solve alone.
+  /// Multipliers and moments by minimax::solve.
   [[nodiscard]] WindowMultipliers solve_fully(const minimax::SolverSettings& settings) const;
   /// Step 2, from sqrt(lambda) per row of D; nothing where V is not positive definite.
   [[nodiscard]] std::optional<EstimatorRows> from_multipliers(const Eigen::VectorXd& root) const;

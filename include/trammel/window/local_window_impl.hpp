@@ -104,14 +104,15 @@ TRAMMEL_INLINE Eigen::VectorXd LocalWindow::per_bound(const std::vector<Eigen::I
 
 TRAMMEL_INLINE WindowMultipliers LocalWindow::solve(const minimax::SolverSettings& settings) const {
   const auto [problem, places] = weakly_bounded();
+  WindowMultipliers result;
   if (const std::optional<minimax::ReducedProblem> direct = minimax::directly_observed(problem)) {
     const minimax::ReducedSolution near = minimax::solve_in_multipliers(*direct, settings, {});
+    result.iterations = near.iterations;
     if (near.status == SolveStatus::kOptimal) {
-      return {
-          .multipliers = per_bound(places, near.multipliers), .moments = {}, .iterations = near.iterations};
+      result.multipliers = per_bound(places, near.multipliers);
     }
   }
-  return solve_fully(settings);
+  return result;
 }
 
 TRAMMEL_INLINE WindowMultipliers LocalWindow::solve_fully(const minimax::SolverSettings& settings) const {

@@ -3,53 +3,18 @@
 /// Solves the banded problem of a long flight window by window.
 #pragma once
 
-#include <concepts>
 #include <limits>
-#include <type_traits>
-#include <vector>
 
 #include <Eigen/Core>
 
 #include "trammel/core/config.hpp"
 #include "trammel/core/progress.hpp"
-#include "trammel/core/settings.hpp"
 #include "trammel/core/status.hpp"
 #include "trammel/problem/banded_problem.hpp"
 #include "trammel/window/banded_certificate.hpp"
+#include "trammel/window/ranges.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::window {
-
-/// Settings of solve_windows.
-struct WindowSettings {
-  int core = 20;               ///< segments a window answers for
-  int overlap = 16;            ///< segments it looks at on either side of them
-  double relative_gap = 1e-4;  ///< of the certified interval, asked for
-};
-
-template <class Settings, class Visitor>
-requires std::same_as<std::remove_const_t<Settings>, WindowSettings>
-void visit_fields(Settings& settings, Visitor&& visit) {
-  visit(FieldDoc{.name = "window_segments",
-                 .unit = "",
-                 .meaning = "segments each window answers for; more are slower and need fewer windows",
-                 .minimum = 1.0,
-                 .maximum = 1000.0},
-        settings.core);
-  visit(FieldDoc{.name = "window_overlap",
-                 .unit = "",
-                 .meaning = "segments each window looks at before and behind these; more make the certified "
-                            "interval narrower, by a factor of about two per segment",
-                 .minimum = 1.0,
-                 .maximum = 1000.0},
-        settings.overlap);
-  visit(FieldDoc{.name = "relative_gap",
-                 .unit = "",
-                 .meaning =
-                     "(upper - lower)/upper of the squared error up to which the result counts as optimal",
-                 .minimum = 0.0,
-                 .maximum = 1.0},
-        settings.relative_gap);
-}
 
 /// Answer to a banded problem, in its coordinates.
 struct WindowSolution {
@@ -62,20 +27,11 @@ struct WindowSolution {
   double solve_time_s = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// Segments of one window and those it answers for, counted from the first of the flight.
-struct WindowRange {
-  Eigen::Index first = 0, behind = 0;
-  Eigen::Index core_first = 0, core_behind = 0;
-};
-
-/// Windows whose cores cover `segments` segments in order.
-[[nodiscard]] std::vector<WindowRange> make_windows(Eigen::Index segments, const WindowSettings& settings);
-
 /// Solves a banded problem by overlapping windows, each with the measurements and the criterion inside it, at
 /// a cost linear in the number of segments, and proves the result for the whole flight.
 ///
 /// 1. Multipliers: each window is solved with its first position and velocity bounded weakly
-///    (minimax::solve_in_multipliers, else minimax::solve); its core's multipliers are kept.
+///    (minimax::solve_in_multipliers); its core's multipliers are kept.
 /// 2. With these, Lambda = diag(lambda), each window gives the rows of its core of
 ///      W = -J^-1 D' Lambda^1/2 M^-1/2,   V = Lambda^-1/2 M^1/2 Lambda^-1/2 - D J^-1 D',
 ///      M = Lambda^1/2 D J^-1 S J^-1 D' Lambda^1/2,
@@ -84,7 +40,8 @@ struct WindowRange {
 ///    frequency), which would tie W to the whole flight: (M + e^2 I)^-1/2 in place of M^-1/2 keeps W'SW below
 ///    I, loses little where M is small anyway, and lets what a window does not see decay over its overlap. (D
 ///    without the rows of a bounded start inside the flight: W D leaves uniform motion alone.) Where V is not
-///    positive definite, W and V are those of the window's own solution.
+///    positive definite, multipliers, W and V are those of the window's own solution by minimax::solve.
+///    Near the borders of cores the rows of neighbours are blended.
 /// 3. The joint V, scaled to its bounds, gives the estimators of the lower bound, again window by window.
 /// 4. certify_bands, which repairs the multipliers at the least cost.
 ///
@@ -92,6 +49,9 @@ struct WindowRange {
 /// overlap) rows, memory for a few bands of that width. `observe` is told the share of windows done.
 [[nodiscard]] WindowSolution solve_windows(const BandedProblem& problem, const WindowSettings& settings = {},
                                            const ProgressObserver& observe = {});
+
+/// The least-squares coefficients J^-1 F'd.
+[[nodiscard]] Eigen::VectorXd least_squares(const BandedProblem& problem);
 
 /// The estimate c of a solution, from the problem's measurements.
 [[nodiscard]] Eigen::VectorXd estimate_coefficients(const BandedProblem& problem,

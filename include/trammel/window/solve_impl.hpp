@@ -22,15 +22,31 @@ using linalg::BandedMatrix;
 
 /// Gap asked of the windows' own solvers: the error of the multipliers enters only squared.
 inline constexpr double kLocalGap = 1e-6;
+/// The same where the least favourable prior is nearly singular: stopping early keeps it away from that, so
+/// that what windows disagree about is small beside its eigenvalues.
+inline constexpr double kSingularGap = 1e-3;
 /// Multipliers below this share of their mean are raised to it: their square roots are divided by.
 inline constexpr double kLeastShare = 1e-8;
 /// Block traces above this share of what the bound allows are scaled to all of it.
 inline constexpr double kActive = 0.9;
 
-/// Writes `rows` from row 3 `first` on, their columns from 3 `column` on.
-inline void place(const Eigen::MatrixXd& rows, Eigen::Index first, Eigen::Index column, BandedMatrix& band) {
+/// Added to the moments of a window that its own solver may have left singular.
+inline constexpr double kLeastMoment = 1e-9;
+/// Coefficient j of an axis belongs to segment j - 1, bound l to segment l - 2.
+inline constexpr Eigen::Index kCoefficientShift = 1;
+inline constexpr Eigen::Index kBoundShift = 2;
+
+/// Segment of a coefficient or bound.
+inline Eigen::Index segment_of(Eigen::Index index, Eigen::Index shift, Eigen::Index segments) {
+  return std::clamp<Eigen::Index>(index - shift, 0, segments - 1);
+}
+
+/// Adds `rows`, times the weights of their segments, from row 3 `first` on, their columns from 3 `column` on.
+inline void add(const Eigen::MatrixXd& rows, const WindowRange& range, Eigen::Index shift, Eigen::Index first,
+                Eigen::Index column, BandedMatrix& band) {
   for (Eigen::Index i = 0; i < rows.rows(); ++i) {
-    band.set(3 * first + i, 3 * column, rows.row(i));
+    const double weight = range.weight(segment_of(first + i / 3, shift, range.segments));
+    band.add(3 * first + i, 3 * column, weight * rows.row(i));
   }
 }
 
@@ -41,7 +57,7 @@ class Windows {
       : problem_(problem),
         ranges_(make_windows(problem.segments(), settings)),
         observe_(observe),
-        reach_(3 * (settings.core + settings.overlap + 2)),
+        reach_(3 * (settings.core + settings.overlap + ranges_.front().blend + 2)),
         lambda_(Eigen::VectorXd::Zero(problem.segments() + 2)),
         moments_(problem.parameters(), reach_, reach_),
         solved_apart_(ranges_.size(), false) {}
@@ -49,8 +65,8 @@ class Windows {
   [[nodiscard]] WindowSolution run() {
     WindowSolution solution;
     solution.windows = static_cast<Eigen::Index>(ranges_.size());
-    find_multipliers();
     estimator_.bias = band();
+    find_multipliers();
     from_multipliers();
     repair_moments();
     BandedPrior prior{.moments = {}, .posterior = band(), .image = band()};
@@ -81,10 +97,15 @@ class Windows {
   void find_multipliers() {
     for (std::size_t w = 0; w < ranges_.size(); ++w) {
       const LocalWindow window(problem_, ranges_[w]);
-      const WindowMultipliers found = window.solve(local_);
-      const Eigen::Index from = window.core_bound_first() - window.first_bound();
-      const Eigen::Index count = window.core_bound_behind() - window.core_bound_first();
-      lambda_.segment(window.core_bound_first(), count) = found.multipliers.segment(from, count);
+      WindowMultipliers found = window.solve({.relative_gap = kLocalGap});
+      if (found.multipliers.size() == 0) {
+        iterations_ += found.iterations;
+        found = window.solve_fully({.relative_gap = kSingularGap});
+      }
+      for (Eigen::Index l = window.core_bound_first(); l < window.core_bound_behind(); ++l) {
+        lambda_(l) += ranges_[w].weight(segment_of(l, kBoundShift, problem_.segments())) *
+                      found.multipliers(l - window.first_bound());
+      }
       take(window, found, w);
       tell(static_cast<double>(w + 1));
     }
@@ -95,31 +116,49 @@ class Windows {
     }
   }
 
-  /// Counts the iterations of a window and keeps the moments it found, where it found any.
+  /// Counts the iterations of a window and, where it found moments, takes its rows of V and W Sigma.
   void take(const LocalWindow& window, const WindowMultipliers& found, std::size_t w) {
     iterations_ += found.iterations;
-    if (found.moments.size() > 0) {
-      solved_apart_[w] = true;
-      place(found.moments.middleRows(3 * (window.core_bound_first() - window.first_bound()),
-                                     3 * (window.core_bound_behind() - window.core_bound_first())),
-            window.core_bound_first(), window.first_bound(), moments_);
+    if (found.moments.size() == 0) {
+      return;
     }
+    solved_apart_[w] = true;
+    add_moments(window,
+                found.moments.middleRows(3 * (window.core_bound_first() - window.first_bound()),
+                                         3 * (window.core_bound_behind() - window.core_bound_first())),
+                w);
+    Eigen::MatrixXd regular = found.moments;
+    regular.diagonal().array() += kLeastMoment;
+    add_bias(window, -window.from_moments(regular).image, w);  // E = -X D'V^-1 D
+  }
+
+  void add_moments(const LocalWindow& window, const Eigen::MatrixXd& rows, std::size_t w) {
+    add(rows, ranges_[w], kBoundShift, window.core_bound_first(), window.first_bound(), moments_);
+  }
+
+  void add_bias(const LocalWindow& window, const Eigen::MatrixXd& rows, std::size_t w) {
+    add(rows, ranges_[w], kCoefficientShift, window.core_first(), window.first_bound(), estimator_.bias);
   }
 
   void from_multipliers() {
     for (std::size_t w = 0; w < ranges_.size(); ++w) {
       if (!solved_apart_[w]) {
         const LocalWindow window(problem_, ranges_[w]);
-        const std::optional<EstimatorRows> rows =
-            window.from_multipliers(estimator_.root.segment(3 * window.first_bound(), 3 * window.bounds()));
+        const Eigen::VectorXd root = estimator_.root.segment(3 * window.first_bound(), 3 * window.bounds());
+        const std::optional<EstimatorRows> rows = window.from_multipliers(root);
         if (rows) {
-          place(rows->bias, window.core_first(), window.first_bound(), estimator_.bias);
-          place(rows->moments, window.core_bound_first(), window.first_bound(), moments_);
+          add_bias(window, rows->bias * root.asDiagonal(), w);
+          add_moments(window, rows->moments, w);
         } else {
-          take(window, window.solve_fully(local_), w);
+          take(window, window.solve_fully({.relative_gap = kSingularGap}), w);
         }
       }
       tell(static_cast<double>(ranges_.size() + w + 1));
+    }
+    for (Eigen::Index i = 0; i < estimator_.bias.size(); ++i) {  // W from W Sigma
+      for (Eigen::Index j = estimator_.bias.first(i); j < estimator_.bias.behind(i); ++j) {
+        estimator_.bias.at(i, j) /= estimator_.root(j);
+      }
     }
   }
 
@@ -128,7 +167,7 @@ class Windows {
     moments_ = linalg::combine(0.5, moments_, 0.5, moments_.transpose());
     scale_moments();
     constexpr double kFirstShift = 1e-6;
-    constexpr double kShiftGrowth = 4.0;
+    constexpr double kShiftGrowth = 2.0;
     for (double shift = kFirstShift; shift < 1.0; shift *= kShiftGrowth) {
       if (positive_definite(moments_, shift / 2.0)) {
         return;
@@ -166,13 +205,9 @@ class Windows {
       const Eigen::Index at = 3 * window.first_bound();
       const Eigen::Index size = 3 * window.bounds();
       const PriorRows rows = window.from_moments(moments_.block(at, at, size, size));
-      place(rows.posterior, window.core_first(), window.first(), prior.posterior);
-      place(rows.image, window.core_first(), window.first_bound(), prior.image);
-      if (solved_apart_[w]) {  // E = -X D'V^-1 D
-        const Eigen::MatrixXd bias =
-            -rows.image * estimator_.root.segment(at, size).cwiseInverse().asDiagonal();
-        place(bias, window.core_first(), window.first_bound(), estimator_.bias);
-      }
+      add(rows.posterior, ranges_[w], kCoefficientShift, window.core_first(), window.first(),
+          prior.posterior);
+      add(rows.image, ranges_[w], kCoefficientShift, window.core_first(), window.first_bound(), prior.image);
       tell(static_cast<double>(2 * ranges_.size() + w + 1));
     }
   }
@@ -185,25 +220,10 @@ class Windows {
   BandedMatrix moments_;
   BandedEstimator estimator_;
   std::vector<bool> solved_apart_;  ///< windows whose W and V are those of their own solution
-  minimax::SolverSettings local_{.relative_gap = kLocalGap};
   int iterations_ = 0;
 };
 
 }  // namespace solve_detail
-
-TRAMMEL_INLINE std::vector<WindowRange> make_windows(Eigen::Index segments, const WindowSettings& settings) {
-  std::vector<WindowRange> result;
-  const Eigen::Index count = std::max<Eigen::Index>(1, (segments + settings.core - 1) / settings.core);
-  for (Eigen::Index w = 0; w < count; ++w) {
-    const Eigen::Index first = w * segments / count;
-    const Eigen::Index behind = (w + 1) * segments / count;
-    result.push_back({.first = std::max<Eigen::Index>(0, first - settings.overlap),
-                      .behind = std::min(segments, behind + settings.overlap),
-                      .core_first = first,
-                      .core_behind = behind});
-  }
-  return result;
-}
 
 TRAMMEL_INLINE WindowSolution solve_windows(const BandedProblem& problem, const WindowSettings& settings,
                                             const ProgressObserver& observe) {
@@ -218,10 +238,15 @@ TRAMMEL_INLINE WindowSolution solve_windows(const BandedProblem& problem, const 
   return solution;
 }
 
-TRAMMEL_INLINE Eigen::VectorXd estimate_coefficients(const BandedProblem& problem,
-                                                     const BandedEstimator& estimator) {
+TRAMMEL_INLINE Eigen::VectorXd least_squares(const BandedProblem& problem) {
   Eigen::MatrixXd c = problem.information_factor.transpose() * Eigen::MatrixXd(problem.rhs);
   linalg::solve_normal_in_place(problem.information_factor, c);
+  return c;
+}
+
+TRAMMEL_INLINE Eigen::VectorXd estimate_coefficients(const BandedProblem& problem,
+                                                     const BandedEstimator& estimator) {
+  const Eigen::MatrixXd c = least_squares(problem);
   const Eigen::MatrixXd seen = estimator.root.asDiagonal() * (problem.bounds * c);
   return c + estimator.bias * seen;
 }
