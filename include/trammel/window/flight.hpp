@@ -19,7 +19,7 @@ namespace trammel::inline TRAMMEL_ABI::window {
 /// Settings of estimate_flight.
 struct FlightSettings {
   WindowSettings windows;
-  bool relinearise = true;     ///< about a path fitted to the measurements; otherwise about the reference
+  bool relinearise = true;     ///< assemble_about_fit; otherwise about the reference
   double output_step_s = 0.0;  ///< as in estimate::EstimateSettings
 };
 
@@ -39,15 +39,18 @@ class BandedPointwise {
   linalg::BandedMatrix bias_;   ///< W Sigma
 };
 
+/// The banded problem of a scenario with observations, linearised about the least-squares path: Gauss-Newton
+/// steps from the reference; the reference itself where all sensors measure positions. Throws Error as
+/// assemble_banded does, and where the steps do not settle.
+[[nodiscard]] BandedProblem assemble_about_fit(const Scenario& scenario,
+                                               const ProgressObserver& observe = {});
+
 /// Solves a scenario by windows and, where it has observations, evaluates the estimate: the same result as
 /// estimate::estimate_trajectory at a cost and in memory linear in the number of segments, without what needs
 /// whole matrices (gain and prior_factor of the solution, near_optimality). prior_rms_m is exact for bounds
 /// that are balls, an upper bound for others.
 ///
-/// With `relinearise` the measurements are linearised about the least-squares path, found by Gauss-Newton
-/// steps from the reference; sensors that measure positions need none.
-///
-/// Throws Error as assemble_banded does, and where that path is not found.
+/// Throws Error as assemble_banded and assemble_about_fit do.
 [[nodiscard]] estimate::TrajectoryEstimate estimate_flight(const Scenario& scenario,
                                                            const FlightSettings& settings = {},
                                                            const ProgressObserver& observe = {});

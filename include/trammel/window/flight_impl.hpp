@@ -21,30 +21,6 @@ namespace trammel::inline TRAMMEL_ABI::window {
 
 namespace flight_detail {
 
-/// The problem linearised about the least-squares path.
-inline BandedProblem relinearised(const Scenario& scenario, const ProgressObserver& tell) {
-  constexpr int kMostSteps = 30;
-  constexpr double kSettled = 1e-2;  // root mean square change of the path, in standard deviations
-  BandedProblem problem = assemble_banded(scenario);
-  Eigen::VectorXd about = Eigen::VectorXd::Zero(problem.parameters());
-  for (int step = 0; step < kMostSteps; ++step) {
-    const Eigen::VectorXd c = least_squares(problem);
-    const double change = (problem.information_factor * Eigen::MatrixXd(c - about)).norm() /
-                          std::sqrt(static_cast<double>(problem.parameters()));
-    about = c;
-    const trajectory::QuadraticSpline<double> path = problem.trajectory.coordinates.spline(about);
-    problem = assemble_banded(scenario, &path);
-    if (tell) {
-      tell({.phase = "fitting a path", .fraction = std::min(1.0, kSettled / change)});
-    }
-    if (change < kSettled) {
-      return problem;
-    }
-  }
-  throw Error({"measurements", "a fit that does not settle in " + std::to_string(kMostSteps) + " steps",
-               "a reference path near enough to start from, or relinearise = false"});
-}
-
 /// Root mean square over the flight of the largest distance from the reference that the bounds allow: reached
 /// by moving straight where the bounds are balls.
 inline double prior_rms(const trajectory::SplineBasis& basis, const MotionBounds& bounds) {
@@ -146,15 +122,40 @@ TRAMMEL_INLINE double BandedPointwise::rms_m(double t_s) const {
   return std::sqrt(rows(noise_).squaredNorm() + estimate::bound_bias(bias, blocks).upper);
 }
 
+TRAMMEL_INLINE BandedProblem assemble_about_fit(const Scenario& scenario, const ProgressObserver& observe) {
+  constexpr int kMostSteps = 30;
+  constexpr double kSettled = 1e-2;  // root mean square change of the path, in standard deviations
+  BandedProblem problem = assemble_banded(scenario);
+  if (std::all_of(scenario.stations.begin(), scenario.stations.end(),
+                  [](const Station& s) { return s.kind == SensorKind::kPosition; })) {
+    return problem;
+  }
+  Eigen::VectorXd about = Eigen::VectorXd::Zero(problem.parameters());
+  for (int step = 0; step < kMostSteps; ++step) {
+    const Eigen::VectorXd c = least_squares(problem);
+    const double change = (problem.information_factor * Eigen::MatrixXd(c - about)).norm() /
+                          std::sqrt(static_cast<double>(problem.parameters()));
+    about = c;
+    const trajectory::QuadraticSpline<double> path = problem.trajectory.coordinates.spline(about);
+    problem = assemble_banded(scenario, &path);
+    if (observe) {
+      observe({.phase = "fitting a path", .fraction = std::min(1.0, kSettled / change)});
+    }
+    if (change < kSettled) {
+      return problem;
+    }
+  }
+  throw Error({"measurements", "a fit that does not settle in " + std::to_string(kMostSteps) + " steps",
+               "a reference path near enough to start from, or relinearise = false"});
+}
+
 TRAMMEL_INLINE estimate::TrajectoryEstimate estimate_flight(const Scenario& scenario,
                                                             const FlightSettings& settings,
                                                             const ProgressObserver& observe) {
   namespace detail = flight_detail;
   const ProgressObserver tell = steady(observe);
-  const bool linear = std::all_of(scenario.stations.begin(), scenario.stations.end(),
-                                  [](const Station& s) { return s.kind == SensorKind::kPosition; });
-  const bool fit = settings.relinearise && !linear && !scenario.observations.empty();
-  const BandedProblem problem = fit ? detail::relinearised(scenario, tell) : assemble_banded(scenario);
+  const bool fit = settings.relinearise && !scenario.observations.empty();
+  const BandedProblem problem = fit ? assemble_about_fit(scenario, tell) : assemble_banded(scenario);
   const WindowSolution solution = solve_windows(problem, settings.windows, tell);
   const trajectory::SplineBasis& basis = problem.trajectory.coordinates.basis();
   const std::vector<double> times = estimate::output_grid(basis, settings.output_step_s);
