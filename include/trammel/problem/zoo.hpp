@@ -51,7 +51,7 @@ struct Instance {
 
 /// A linear model in truncated powers, badly conditioned on purpose: a motion in three axes with constant
 /// acceleration on each of `segments` segments of 10 s, positions measured at 71 times along random
-/// directions with 20 m, `outputs` / 3 positions wanted, deviations up to 100 m, 10 m/s, 3 m/s^2; p = 3
+/// directions with 20 m, `outputs` / 3 >= 2 positions wanted, deviations up to 100 m, 10 m/s, 3 m/s^2; p = 3
 /// (segments + 2).
 [[nodiscard]] GuaranteedProblem truncated_powers(Eigen::Index segments, Eigen::Index outputs);
 
