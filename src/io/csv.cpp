@@ -2,7 +2,6 @@
 #include "csv.hpp"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 
@@ -43,13 +42,6 @@ bool parse_number(std::string_view text, double& value) {
   }
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   return error == std::errc() && end == text.data() + text.size() && std::isfinite(value);
-}
-
-std::string shortest(double value) {
-  constexpr std::size_t kLongest = 32;  // sign, 17 digits, point, exponent
-  std::array<char, kLongest> buffer{};
-  const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
-  return {buffer.data(), result.ptr};
 }
 
 CsvTable read_csv(const std::filesystem::path& file) {

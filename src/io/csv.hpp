@@ -31,9 +31,6 @@ struct CsvTable {
 /// Reads a table; Error if the file cannot be read, is empty, or a row has more cells than the header.
 [[nodiscard]] CsvTable read_csv(const std::filesystem::path& file);
 
-/// Shortest decimal text that reads back to the same double ("nan", "inf", "-inf" where it is not finite).
-[[nodiscard]] std::string shortest(double value);
-
 /// A finite number from all of `text`, or false.
 [[nodiscard]] bool parse_number(std::string_view text, double& value);
 

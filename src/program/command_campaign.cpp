@@ -137,16 +137,16 @@ class CampaignWork {
     });
     const campaign::RunErrors errors =
         in_file(scenario.file, [&] { return entry.study->run(manifest.seed, run); });
-    return scenario.file + "," + std::to_string(run) + "," + io::shortest(errors.linear_m) + "," +
-           io::shortest(scenario.guaranteed_rms_m) + "," +
-           io::shortest(errors.linear_m / scenario.guaranteed_rms_m) + "," + io::shortest(errors.nonlinear_m);
+    return scenario.file + "," + std::to_string(run) + "," + shortest(errors.linear_m) + "," +
+           shortest(scenario.guaranteed_rms_m) + "," + shortest(errors.linear_m / scenario.guaranteed_rms_m) +
+           "," + shortest(errors.nonlinear_m);
   }
 
   [[nodiscard]] std::string flight_row(std::size_t index) const {
     const std::string& file = folder_.manifest().scenarios[index].file;
     io::ScenarioInput input = folder_.scenario(index);
     input.settings.estimate = bounds_only(input.settings.estimate);
-    const auto number = [](double value) { return std::isnan(value) ? "" : io::shortest(value); };
+    const auto number = [](double value) { return std::isnan(value) ? "" : shortest(value); };
     try {
       const localise::FlightEstimate flight = flight_of(input);
       const estimate::TrajectoryEstimate& estimate = flight.estimate;

@@ -260,7 +260,7 @@ Outcome igc_to_any(const ConvertOptions& options) {
     outcome.content = io::format_trajectory_csv(
         trajectory, {"origin: " + io::origin_text(*outcome.origin),
                      "axes: x east, y north, z up; t_s = 0 at " + io::format_epoch(path.start) + " UTC",
-                     "heights: " + altitude + " altitude + " + io::shortest(path.altitude_shift_m) + " m"});
+                     "heights: " + altitude + " altitude + " + shortest(path.altitude_shift_m) + " m"});
   } else {
     outcome.content = exported(trajectory, options, outcome);
   }
@@ -360,7 +360,7 @@ int run(const CLI::App& command, const ConvertOptions& options) {
   require_used(command, conversion);
   constexpr double kLargestUndulation_m = 150.0;  // those of the Earth are within -107 and 86 m
   if (!(std::abs(options.geoid_undulation_m) <= kLargestUndulation_m)) {
-    throw Error({"--geoid-undulation", io::shortest(options.geoid_undulation_m), "metres from -150 to 150"});
+    throw Error({"--geoid-undulation", shortest(options.geoid_undulation_m), "metres from -150 to 150"});
   }
   const Outcome outcome = conversion.run(options);
   io::write_atomically(options.out, outcome.content);

@@ -121,7 +121,7 @@ std::string direction_text(const Eigen::VectorXd& direction) {
   std::string text;
   for (Eigen::Index i = 0; i < direction.size(); ++i) {
     if (std::abs(direction(i)) > kShown * largest) {
-      text += (text.empty() ? "" : " + ") + io::shortest(direction(i)) + " theta[" + std::to_string(i) + "]";
+      text += (text.empty() ? "" : " + ") + shortest(direction(i)) + " theta[" + std::to_string(i) + "]";
     }
   }
   return text;
@@ -143,13 +143,13 @@ std::string summary(const io::RawProblem& raw, const SolveOptions& options, cons
   for (Eigen::Index j = 0; j < solution.unbounded_directions.cols(); ++j) {
     line("unbounded direction", direction_text(solution.unbounded_directions.col(j)));
   }
-  line("squared error, upper", io::shortest(solution.upper) + " (guaranteed by the estimator K F'y)");
-  line("squared error, lower", io::shortest(solution.lower) + " (no linear estimator guarantees less)");
+  line("squared error, upper", shortest(solution.upper) + " (guaranteed by the estimator K F'y)");
+  line("squared error, lower", shortest(solution.lower) + " (no linear estimator guarantees less)");
   const double asked = options.settings.relative_gap;
-  line("relative gap", io::shortest(solution.relative_gap()) +
-                           (solution.relative_gap() > asked
-                                ? " (asked for " + io::shortest(asked) + ", as narrow as was reached)"
-                                : ""));
+  line("relative gap",
+       shortest(solution.relative_gap()) +
+           (solution.relative_gap() > asked ? " (asked for " + shortest(asked) + ", as narrow as was reached)"
+                                            : ""));
   line("claim", std::string(to_string(solution.claim)) +
                     (answer.certificate.remark.empty() ? "" : ": " + answer.certificate.remark));
   if (solution.claim == Claim::kVerified) {
@@ -162,8 +162,8 @@ std::string summary(const io::RawProblem& raw, const SolveOptions& options, cons
                    std::to_string(raw.problem.information_factor.rows()) + " measurements, " +
                    std::to_string(raw.problem.ellipsoids.size()) + " ellipsoids, " +
                    std::string(minimax::to_string(solution.method)) + ", " +
-                   std::to_string(solution.iterations) + " iterations, " +
-                   io::shortest(solution.solve_time_s) + " s");
+                   std::to_string(solution.iterations) + " iterations, " + shortest(solution.solve_time_s) +
+                   " s");
   return text;
 }
 

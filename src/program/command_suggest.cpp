@@ -126,7 +126,7 @@ std::string keys(const Scenario& scenario, const localise::Suggestion& suggestio
   for (std::size_t i = 0; i <= best.segments; ++i) {
     const double t =
         i == best.segments ? scenario.knots_s.back() : begin + best.segment_s * static_cast<double>(i);
-    text += (i == 0 ? "" : ", ") + io::shortest(t);
+    text += (i == 0 ? "" : ", ") + shortest(t);
   }
   return text + "]\n[bounds]\nacceleration_mps2 = [" + number_up(a.x()) + ", " + number_up(a.y()) + ", " +
          number_up(a.z()) + "]\njerk_mps3 = " + number_up(suggestion.jerk_mps3) + "\n";

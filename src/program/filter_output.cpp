@@ -151,7 +151,7 @@ std::string filter_report_text(const FilterReport& report) {
   const bool stable = json["stable"].get<bool>();
   std::string text = "Invariant filter of order " + std::to_string(report.file.specification.order) + ", " +
                      std::to_string(report.file.specification.rows) + " row(s), sampling " +
-                     io::shortest(report.file.specification.sampling_s) + " s, mode " +
+                     shortest(report.file.specification.sampling_s) + " s, mode " +
                      json["mode"].get<std::string>() + "\n";
   const auto line = [&](const std::string& name, const std::string& value) {
     text += "  " + name + std::string(name.size() < 26 ? 26 - name.size() : 1, ' ') + value + "\n";

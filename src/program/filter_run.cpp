@@ -164,11 +164,11 @@ std::vector<FilteredColumn> run_filter(const FilterReport& report, const io::Csv
     const double dt_s =
         row == 0 ? report.file.specification.sampling_s : t_s - table.number(row - 1, time_column);
     if (!(dt_s > 0.0)) {
-      throw Error({table.where(row) + ": t_s", io::shortest(t_s), "times that increase"});
+      throw Error({table.where(row) + ": t_s", shortest(t_s), "times that increase"});
     }
     if (!irregular && whole_intervals(dt_s, report.file.specification.sampling_s) < 1) {
-      throw Error({table.where(row) + ": t_s", "a step of " + io::shortest(dt_s) + " s",
-                   "whole multiples of sampling_s = " + io::shortest(report.file.specification.sampling_s) +
+      throw Error({table.where(row) + ": t_s", "a step of " + shortest(dt_s) + " s",
+                   "whole multiples of sampling_s = " + shortest(report.file.specification.sampling_s) +
                        ", or run = {memory_s = ..} for samples at any times"});
     }
     steps.push_back(dt_s);
@@ -207,9 +207,9 @@ std::string format_filtered(const io::CsvTable& table, const std::vector<Filtere
   }
   text += "\n";
   const std::size_t time_column = table.column("t_s");
-  const auto cell = [](double value) { return std::isfinite(value) ? "," + io::shortest(value) : ","; };
+  const auto cell = [](double value) { return std::isfinite(value) ? "," + shortest(value) : ","; };
   for (std::size_t row = 0; row < table.rows.size(); ++row) {
-    text += io::shortest(table.number(row, time_column));
+    text += shortest(table.number(row, time_column));
     for (const FilteredColumn& column : columns) {
       for (const double value : column.estimates[row]) {
         text += cell(value);

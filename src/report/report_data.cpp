@@ -301,14 +301,14 @@ Json facts(const ReportInput& input) {
   add("method", std::string(minimax::to_string(estimate.solution.method)) + ", " +
                     std::to_string(estimate.solution.iterations) + " iterations, " +
                     rounded(estimate.solution.solve_time_s, 3) + " s");
-  add("certified interval", io::shortest(estimate.lower_bound_rms_m) + " to " +
-                                io::shortest(estimate.guaranteed_rms_m) + " m, relative gap " +
+  add("certified interval", shortest(estimate.lower_bound_rms_m) + " to " +
+                                shortest(estimate.guaranteed_rms_m) + " m, relative gap " +
                                 rounded(estimate.solution.relative_gap(), 2));
   if (estimate.near_optimality && std::isfinite(estimate.near_optimality->attained_fraction)) {
     const certify::NearOptimality& near = *estimate.near_optimality;
     add("attained", rounded(near.attained_fraction, 8) +
                         " of the guaranteed squared error, by the motion in " + kWorstCaseFile);
-    add("any estimator", "not below " + io::shortest(std::sqrt(near.best_any_estimator())) + " m (" +
+    add("any estimator", "not below " + shortest(std::sqrt(near.best_any_estimator())) + " m (" +
                              std::string(to_string(near.best_kind())) + ")");
   }
   add("unknowns", std::to_string(estimate.parameters) + " parameters, " +
@@ -344,11 +344,10 @@ Json facts(const ReportInput& input) {
   }
   if (input.statement != nullptr) {
     const localise::Statement& statement = *input.statement;
-    add("stated value", io::shortest(statement.linear_guarantee_rms_m) + " m linear + " +
-                            io::shortest(statement.curvature_rms_m) + " m curvature + " +
-                            io::shortest(statement.model_error_rms_m) + " m model error, kappa " +
-                            rounded(statement.kappa, 6) + ", " +
-                            std::string(to_string(statement.consistency)));
+    add("stated value",
+        shortest(statement.linear_guarantee_rms_m) + " m linear + " + shortest(statement.curvature_rms_m) +
+            " m curvature + " + shortest(statement.model_error_rms_m) + " m model error, kappa " +
+            rounded(statement.kappa, 6) + ", " + std::string(to_string(statement.consistency)));
     add("path linearised about", std::string(to_string(statement.independence)) + ", " +
                                      std::to_string(statement.starts) + " starts, " +
                                      std::to_string(statement.systems) + " linear systems");

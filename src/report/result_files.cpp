@@ -154,7 +154,7 @@ void add_statement(const ReportInput& input, Json& json) {
 std::string rounded_metres(double value) { return std::isfinite(value) ? rounded(value) + " m" : "no bound"; }
 
 std::string metres(double value) {
-  return std::isnan(value) ? "not determined" : std::isinf(value) ? "unbounded" : io::shortest(value) + " m";
+  return std::isnan(value) ? "not determined" : std::isinf(value) ? "unbounded" : shortest(value) + " m";
 }
 
 }  // namespace
@@ -163,7 +163,7 @@ std::string why_rejected(const ReportInput& input, const localise::RejectedMeasu
   const Station& station = input.scenario.scenario.stations[rejected.station];
   Eigen::Index worst = 0;
   rejected.residual.cwiseAbs().cwiseQuotient(rejected.allowed).maxCoeff(&worst);
-  return station.name + " at " + io::shortest(rejected.t_s) +
+  return station.name + " at " + shortest(rejected.t_s) +
          " s: " + io::component_columns(station.kind)[static_cast<std::size_t>(worst)] + " is " +
          rounded(rejected.residual(worst)) + " off what the others predict; motions within the bounds and " +
          rounded(input.outliers->quantile, 3) + " sigma of noise account for " +
@@ -344,8 +344,8 @@ std::string summary(const ReportInput& input) {
                                    " starts, " + std::to_string(input.statement->systems) +
                                    " linear systems)");
     }
-    line("linearisation ratio", io::shortest(estimate.observed->linearisation.ratio) + " sigma");
-    line("chi2", io::shortest(estimate.observed->chi2));
+    line("linearisation ratio", shortest(estimate.observed->linearisation.ratio) + " sigma");
+    line("chi2", shortest(estimate.observed->chi2));
     const estimate::ObservationResult& observed = *estimate.observed;
     for (std::size_t k = 0; k < observed.bias_parameters.size(); ++k) {
       const BiasParameter& bias = observed.bias_parameters[k];
@@ -362,7 +362,7 @@ std::string summary(const ReportInput& input) {
   line("size", std::to_string(estimate.parameters) + " parameters, " + std::to_string(estimate.observations) +
                    " measurements, " + std::string(minimax::to_string(estimate.solution.method)) + ", " +
                    std::to_string(estimate.solution.iterations) + " iterations, " +
-                   io::shortest(estimate.solution.solve_time_s) + " s");
+                   shortest(estimate.solution.solve_time_s) + " s");
   for (const std::string& warning : warnings(input)) {
     line("note", warning);
   }

@@ -193,7 +193,7 @@ TEST(Design, MatchesThePublishedExampleOfUniformMotion) {
   const test::TemporaryFolder folder;
   std::string times;
   for (int k = 0; k < 40; ++k) {
-    times += (k == 0 ? "" : ", ") + io::shortest(10.0 * k / 39);
+    times += (k == 0 ? "" : ", ") + shortest(10.0 * k / 39);
   }
   (void)folder.write("s.toml",
                      "[model]\nknots_s = [0, 10]\n[nominal]\nposition_m = [-1000, 25000, 9500]\n"
@@ -309,8 +309,8 @@ std::string descent_truth() {
   std::string text = "t_s,x_m,y_m,z_m\n";
   for (int t = 0; t <= 70; ++t) {
     const double share = t < 30 ? 0.0 : t > 50 ? 1.0 : (1 - std::cos(std::numbers::pi * (t - 30) / 20)) / 2;
-    text += std::to_string(t) + "," + io::shortest(1000 + 212.0 * t) + "," + io::shortest(1000 + 212.0 * t) +
-            "," + io::shortest(5000 - 3000 * share) + "\n";
+    text += std::to_string(t) + "," + shortest(1000 + 212.0 * t) + "," + shortest(1000 + 212.0 * t) + "," +
+            shortest(5000 - 3000 * share) + "\n";
   }
   return text;
 }

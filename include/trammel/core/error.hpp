@@ -3,6 +3,8 @@
 /// Wrong use and bad input: one exception type that says where, what was found, what was expected.
 #pragma once
 
+#include <array>
+#include <charconv>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -12,6 +14,14 @@
 #include "trammel/core/config.hpp"
 
 namespace trammel::inline TRAMMEL_ABI {
+
+/// Shortest decimal text that reads back as `value` ("nan", "inf", "-inf" where it is not finite), for
+/// messages and files.
+[[nodiscard]] inline std::string shortest(double value) {
+  std::array<char, 32> buffer;
+  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr;
+  return {buffer.data(), end};
+}
 
 /// What an Error tells: `where` is an argument, a key or "file:line", the other two are free text.
 struct ErrorDetail {

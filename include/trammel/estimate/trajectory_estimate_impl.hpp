@@ -202,7 +202,7 @@ TRAMMEL_INLINE TrajectoryEstimate estimate_trajectory(const Scenario& scenario,
                                                       const EstimateSettings& settings,
                                                       const ProgressObserver& observe) {
   if (!(settings.output_step_s >= 0.0) || !std::isfinite(settings.output_step_s)) {
-    throw Error({"settings.output_step_s", std::to_string(settings.output_step_s) + " s",
+    throw Error({"settings.output_step_s", shortest(settings.output_step_s) + " s",
                  "a positive spacing, or 0 to have it chosen"});
   }
   const ProgressObserver tell = steady(observe);

@@ -26,7 +26,7 @@ inline void require_polynomials(const std::vector<Polynomial>& list, int rows, c
 
 inline void require_valid(const FilterSpecification& s) {
   require_order(s.order, s.rows);
-  require(std::isfinite(s.sampling_s) && s.sampling_s > 0.0, "sampling_s", std::to_string(s.sampling_s),
+  require(std::isfinite(s.sampling_s) && s.sampling_s > 0.0, "sampling_s", shortest(s.sampling_s),
           "a positive number of seconds");
   if (s.gains.size() > 0) {
     require(s.a.empty() && s.b.empty(), "gains", "gains beside a or b", "one of them");

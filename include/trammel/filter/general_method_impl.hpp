@@ -197,7 +197,7 @@ TRAMMEL_INLINE GeneralMethod::GeneralMethod(PolynomialMatrix a, int order, doubl
   require(!a_.empty(), "A", "no coefficients", "at least one");
   const Eigen::Index rows = a_[0].rows();
   detail::require_order(order, static_cast<int>(rows));
-  require(std::isfinite(sampling_s) && sampling_s > 0.0, "sampling_s", std::to_string(sampling_s),
+  require(std::isfinite(sampling_s) && sampling_s > 0.0, "sampling_s", shortest(sampling_s),
           "a positive number of seconds");
   detail::require_square(a_, rows, "A");
   require(a_[0].isIdentity(0.0), "A", "A(0) that is not the identity",

@@ -41,13 +41,13 @@ using Geodetic = GeodeticPoint<double>;
 [[nodiscard]] inline Geodetic geodetic_from_degrees(double latitude_deg, double longitude_deg,
                                                     double height_m) {
   if (!(std::abs(latitude_deg) <= 90.0)) {
-    throw Error({"latitude", std::to_string(latitude_deg), "degrees from -90 to 90"});
+    throw Error({"latitude", shortest(latitude_deg), "degrees from -90 to 90"});
   }
   if (!(std::abs(longitude_deg) <= 360.0)) {
-    throw Error({"longitude", std::to_string(longitude_deg), "degrees from -360 to 360"});
+    throw Error({"longitude", shortest(longitude_deg), "degrees from -360 to 360"});
   }
   if (!std::isfinite(height_m)) {
-    throw Error({"height", std::to_string(height_m), "a finite number of metres"});
+    throw Error({"height", shortest(height_m), "a finite number of metres"});
   }
   return {latitude_deg * kRadiansPerDegree, longitude_deg * kRadiansPerDegree, height_m};
 }

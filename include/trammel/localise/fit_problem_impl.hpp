@@ -29,7 +29,7 @@ TRAMMEL_INLINE FitProblem::FitProblem(const Scenario& scenario, std::optional<do
     : scenario_(scenario), minimum_height_m_(minimum_height_m), trajectory_(assemble(scenario)) {
   require(!scenario.observations.empty(), "observations", "none", "measured values to fit");
   if (minimum_height_m && !std::isfinite(*minimum_height_m)) {
-    throw Error({"minimum_height_m", std::to_string(*minimum_height_m), "a finite height"});
+    throw Error({"minimum_height_m", shortest(*minimum_height_m), "a finite height"});
   }
   const trajectory::SplineBasis& basis = trajectory_.coordinates.basis();
   for_each_measurement(scenario, [&](const MeasurementSite& site) {

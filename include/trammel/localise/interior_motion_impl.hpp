@@ -46,9 +46,9 @@ TRAMMEL_INLINE Eigen::VectorXd require_interior_motion(const FitProblem& problem
 }
 
 TRAMMEL_INLINE void refuse_floor(double minimum_height_m, double lowest_height_m) {
-  throw Error({"minimum_height_m", std::to_string(minimum_height_m) + " m",
+  throw Error({"minimum_height_m", shortest(minimum_height_m) + " m",
                "a floor that some motion within the bounds stays above; the highest found stays above " +
-                   std::to_string(lowest_height_m) + " m"});
+                   shortest(lowest_height_m) + " m"});
 }
 
 }  // namespace trammel::inline TRAMMEL_ABI::localise

@@ -219,7 +219,7 @@ inline Prediction predict(const FitProblem& problem, const std::vector<bool>& ac
 
 TRAMMEL_INLINE OutlierSearch find_outliers(const Scenario& scenario, const OutlierSettings& settings) {
   if (!(settings.false_alarm > 0.0 && settings.false_alarm < 1.0)) {
-    throw Error({"false_alarm", std::to_string(settings.false_alarm), "a probability between 0 and 1"});
+    throw Error({"false_alarm", shortest(settings.false_alarm), "a probability between 0 and 1"});
   }
   require(settings.max_rounds >= 1, "max_rounds", std::to_string(settings.max_rounds), "at least 1");
   detail::check_model_error(scenario, settings.model_error);

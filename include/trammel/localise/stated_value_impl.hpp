@@ -335,7 +335,7 @@ inline minimax::Solution solve_tightly(const minimax::MethodChoice& method, cons
 inline void check_model_error(const Scenario& scenario, const ModelError& model) {
   const auto size = [](double value, const char* where) {
     if (!(value >= 0.0) || !std::isfinite(value)) {
-      throw Error({where, std::to_string(value), "a finite value that is not negative"});
+      throw Error({where, shortest(value), "a finite value that is not negative"});
     }
   };
   size(model.position_m, "model_error.position_m");
@@ -351,10 +351,10 @@ inline void check_model_error(const Scenario& scenario, const ModelError& model)
 
 TRAMMEL_INLINE ModelError model_error_from_jerk(double jerk_mps3, double segment_s) {
   if (!(jerk_mps3 >= 0.0) || !std::isfinite(jerk_mps3)) {
-    throw Error({"jerk_mps3", std::to_string(jerk_mps3), "a finite bound that is not negative"});
+    throw Error({"jerk_mps3", shortest(jerk_mps3), "a finite bound that is not negative"});
   }
   if (!(segment_s > 0.0) || !std::isfinite(segment_s)) {
-    throw Error({"segment_s", std::to_string(segment_s), "a positive length"});
+    throw Error({"segment_s", shortest(segment_s), "a positive length"});
   }
   return {.position_m = jerk_mps3 * segment_s * segment_s * segment_s / 24,
           .velocity_mps = 15 * jerk_mps3 * segment_s * segment_s / 32};

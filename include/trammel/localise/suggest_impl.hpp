@@ -50,7 +50,7 @@ inline std::vector<std::size_t> segment_counts(const Scenario& scenario, const S
   std::vector<std::size_t> counts;
   for (const double length : lengths) {
     if (!(length > 0.0) || !std::isfinite(length)) {
-      throw Error({"lengths_s", std::to_string(length), "positive lengths"});
+      throw Error({"lengths_s", shortest(length), "positive lengths"});
     }
     const double count = std::round(duration / length);
     if (count >= static_cast<double>(kFewest) && count <= settings.max_segments) {
@@ -199,10 +199,10 @@ TRAMMEL_INLINE double LengthTrial::excess() const { return (chi2 - degrees) / st
 TRAMMEL_INLINE Suggestion suggest_segments(const Scenario& scenario, const SuggestSettings& settings,
                                            const ProgressObserver& observe) {
   if (!(settings.quantile > 0.0 && settings.quantile <= 1.0)) {
-    throw Error({"quantile", std::to_string(settings.quantile), "a share above 0 up to 1"});
+    throw Error({"quantile", shortest(settings.quantile), "a share above 0 up to 1"});
   }
   if (!(settings.margin > 0.0) || !std::isfinite(settings.margin)) {
-    throw Error({"margin", std::to_string(settings.margin), "a positive factor"});
+    throw Error({"margin", shortest(settings.margin), "a positive factor"});
   }
   check(scenario);
   const std::vector<std::size_t> counts = detail::segment_counts(scenario, settings);

@@ -49,11 +49,10 @@ TRAMMEL_INLINE FlightLoop::FlightLoop(const PlanProblem& prior, const FlightSett
   constexpr double kMaxEvents = 1e6;
   require_valid(prior);
   if (!(settings.replan_interval_s > 0.0)) {
-    throw Error({"replan_interval_s", std::to_string(settings.replan_interval_s), "a positive number"});
+    throw Error({"replan_interval_s", shortest(settings.replan_interval_s), "a positive number"});
   }
   if (!(settings.max_lateral_speed_mps > 0.0)) {
-    throw Error(
-        {"max_lateral_speed_mps", std::to_string(settings.max_lateral_speed_mps), "a positive number"});
+    throw Error({"max_lateral_speed_mps", shortest(settings.max_lateral_speed_mps), "a positive number"});
   }
   if (std::isnan(settings.min_final_distance_m)) {
     settings_.min_final_distance_m = kFinalDistancePart * std::abs(prior.final_x_m());
@@ -62,10 +61,10 @@ TRAMMEL_INLINE FlightLoop::FlightLoop(const PlanProblem& prior, const FlightSett
     settings_.gate_m = kGatePart * std::abs(prior.final_x_m());
   }
   if (!(settings_.min_final_distance_m > 0.0 && std::isfinite(settings_.min_final_distance_m))) {
-    throw Error({"min_final_distance_m", std::to_string(settings.min_final_distance_m), "a positive number"});
+    throw Error({"min_final_distance_m", shortest(settings.min_final_distance_m), "a positive number"});
   }
   if (!(settings_.gate_m >= 0.0 && std::isfinite(settings_.gate_m))) {
-    throw Error({"gate_m", std::to_string(settings.gate_m), "a number >= 0"});
+    throw Error({"gate_m", shortest(settings.gate_m), "a number >= 0"});
   }
   require(settings.filter != FilterKind::kRangeGrid || settings.measured == BearingKind::kTangents, "filter",
           "the grid filter with measured angles", "tangents, or the extended Kalman filter");

@@ -47,8 +47,8 @@ struct SpreadSums {
       return start;
     }
   }
-  throw Error({"max_start_x_m", std::to_string(largest_x),
-               "a limit that the prior meets at least once in 100000 draws"});
+  throw Error(
+      {"max_start_x_m", shortest(largest_x), "a limit that the prior meets at least once in 100000 draws"});
 }
 
 [[nodiscard]] inline MeanDeviation mean_deviation(const std::vector<double>& values) {

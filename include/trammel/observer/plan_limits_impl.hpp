@@ -86,7 +86,7 @@ TRAMMEL_INLINE Plan fastest_allowed_plan(const PlanProblem& problem, double limi
 TRAMMEL_INLINE LimitedPlan plan_with_speed_limit(const PlanProblem& problem, double limit_mps) {
   require_valid(problem);
   if (!(limit_mps > 0.0)) {  // infinity: no limit
-    throw Error({"max_lateral_speed_mps", std::to_string(limit_mps), "a positive number"});
+    throw Error({"max_lateral_speed_mps", shortest(limit_mps), "a positive number"});
   }
   LimitedPlan full = detail::plan_with_weights(problem, problem.beta_per_s);
   if (std::isinf(limit_mps) || full.plan.max_speed_mps() <= limit_mps) {
@@ -95,7 +95,7 @@ TRAMMEL_INLINE LimitedPlan plan_with_speed_limit(const PlanProblem& problem, dou
   const LimitedPlan straight = detail::plan_with_weights(problem, Eigen::Vector3d::Zero());
   const double least = straight.plan.max_speed_mps();
   if (!(least <= limit_mps)) {
-    throw Error({"max_lateral_speed_mps", std::to_string(limit_mps),
+    throw Error({"max_lateral_speed_mps", shortest(limit_mps),
                  "at least " + std::to_string(least) + " (the straight flight to the end point)"});
   }
   return detail::search_weights(problem, 1.0,
@@ -116,7 +116,7 @@ TRAMMEL_INLINE LimitedPlan plan_for_accuracy(const PlanProblem& problem, double 
   const double high = kLargest * detail::natural_factor(problem, direction);
   const LimitedPlan finest = detail::plan_with_weights(problem, high * direction);
   if (coarser(finest.plan)) {
-    throw Error({"target_sigma_x_m", std::to_string(target_m),
+    throw Error({"target_sigma_x_m", shortest(target_m),
                  "at least " + std::to_string(std::sqrt(finest.plan.final_covariance_m2(0, 0))) +
                      " (what the largest useful weight reaches)"});
   }

@@ -69,7 +69,7 @@ TRAMMEL_INLINE void require_valid(const PlanProblem& problem) {
                  "x < 0 (the vehicle is in front of the beacon)"});
   }
   if (!(problem.closing_speed_mps() > 0.0)) {
-    throw Error({"beacon_velocity_mps", "a closing speed of " + std::to_string(problem.closing_speed_mps()),
+    throw Error({"beacon_velocity_mps", "a closing speed of " + shortest(problem.closing_speed_mps()),
                  "speed_mps larger than the beacon's velocity along x"});
   }
   if (!(problem.final_x_m() < 0.0)) {

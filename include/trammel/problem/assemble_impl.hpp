@@ -223,7 +223,7 @@ TRAMMEL_INLINE void for_each_measurement(const Scenario& scenario,
 TRAMMEL_INLINE std::string describe(const Scenario& scenario, const MeasurementSite& site) {
   return detail::station_label(scenario, site.station) + ", " +
          (site.observation != nullptr ? "observation " : "planned measurement ") +
-         std::to_string(site.index) + " at " + std::to_string(site.t_s) + " s";
+         std::to_string(site.index) + " at " + shortest(site.t_s) + " s";
 }
 
 TRAMMEL_INLINE void check(const Scenario& scenario) {

@@ -81,10 +81,10 @@ TRAMMEL_INLINE void validate(const PredictionSettings& settings) {
           "PredictionSettings.gain", "a matrix that is not symmetric positive definite",
           "a symmetric positive definite one");
   require(settings.step > 0.0 && std::isfinite(settings.step), [&] {
-    return ErrorDetail{"PredictionSettings.step", std::to_string(settings.step), "a positive number"};
+    return ErrorDetail{"PredictionSettings.step", shortest(settings.step), "a positive number"};
   });
   require(settings.centring >= 0.0 && settings.centring <= 1.0, [&] {
-    return ErrorDetail{"PredictionSettings.centring", std::to_string(settings.centring), "0 to 1"};
+    return ErrorDetail{"PredictionSettings.centring", shortest(settings.centring), "0 to 1"};
   });
 }
 

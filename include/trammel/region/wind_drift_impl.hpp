@@ -74,7 +74,7 @@ TRAMMEL_INLINE void validate(const WindFlight& flight) {
   positive(flight.airspeed_mps, "airspeed_mps");
   positive(flight.interval_s, "interval_s");
   require(flight.wind_speed_mps >= 0.0 && flight.wind_speed_mps < flight.airspeed_mps, [&] {
-    return ErrorDetail{"WindFlight.wind_speed_mps", std::to_string(flight.wind_speed_mps),
+    return ErrorDetail{"WindFlight.wind_speed_mps", shortest(flight.wind_speed_mps),
                        "0 to below the airspeed"};
   });
   require(std::isfinite(flight.target_x_m) && std::isfinite(flight.target_y_m) &&
@@ -82,8 +82,7 @@ TRAMMEL_INLINE void validate(const WindFlight& flight) {
           "WindFlight.target", "the starting point or a value that is not finite", "another point");
   require(std::isfinite(flight.first_wind_rad), "WindFlight.first_wind_rad", "not finite", "a finite number");
   require(flight.wind_step_rad >= 0.0 && std::isfinite(flight.wind_step_rad), [&] {
-    return ErrorDetail{"WindFlight.wind_step_rad", std::to_string(flight.wind_step_rad),
-                       "a number, at least 0"};
+    return ErrorDetail{"WindFlight.wind_step_rad", shortest(flight.wind_step_rad), "a number, at least 0"};
   });
   require(flight.max_steps >= 1, [&] {
     return ErrorDetail{"WindFlight.max_steps", std::to_string(flight.max_steps), "at least 1"};
@@ -134,7 +133,7 @@ TRAMMEL_INLINE WindResult fly_with_dwell(const WindFlight& flight, const DwellCo
   validate(flight);
   detail::require_draws(flight, draws);
   require(correction.dwell_change_s > 0.0 && correction.dwell_change_s < flight.interval_s, [&] {
-    return ErrorDetail{"DwellCorrection.dwell_change_s", std::to_string(correction.dwell_change_s),
+    return ErrorDetail{"DwellCorrection.dwell_change_s", shortest(correction.dwell_change_s),
                        "between 0 and the interval"};
   });
   const double a = flight.airspeed_mps;

@@ -52,7 +52,7 @@ inline void explain_entry(const Problem& problem, std::size_t index_of_entry) {
            "equal row and column in a diagonal block");
   }
   if (!std::isfinite(entry.value)) {
-    reject(where + ".value", std::to_string(entry.value), "a finite number");
+    reject(where + ".value", shortest(entry.value), "a finite number");
   }
 }
 

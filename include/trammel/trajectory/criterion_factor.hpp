@@ -33,8 +33,8 @@ struct GaussRule {
   basis.require_covers(begin_s, "criterion window begin");
   basis.require_covers(end_s, "criterion window end");
   if (!(begin_s < end_s)) {
-    throw Error({"criterion window", std::to_string(begin_s) + " to " + std::to_string(end_s) + " s",
-                 "a begin before the end"});
+    throw Error(
+        {"criterion window", shortest(begin_s) + " to " + shortest(end_s) + " s", "a begin before the end"});
   }
   const GaussRule rule = gauss_rule();
   linalg::BandedRows<3, 1> rows(basis.segments());

@@ -111,8 +111,8 @@ class NominalTrajectory {
       const bool finite = std::isfinite(times_s[i]) && positions_m[i].allFinite();
       if (!finite || (i > 0 && !(times_s[i] > times_s[i - 1]))) {
         throw Error({whose + " sample " + std::to_string(i + 1),
-                     finite ? "time " + std::to_string(times_s[i]) + " s" : "a value that is not finite",
-                     finite ? "a time after " + std::to_string(times_s[i - 1]) + " s" : "finite values"});
+                     finite ? "time " + shortest(times_s[i]) + " s" : "a value that is not finite",
+                     finite ? "a time after " + shortest(times_s[i - 1]) + " s" : "finite values"});
       }
     }
   }

@@ -85,7 +85,7 @@ class SplineBasis {
   /// Throws Error naming `where` unless covers(t).
   void require_covers(double t_s, std::string_view where) const {
     if (!covers(t_s)) {
-      throw Error({std::string(where), std::to_string(t_s) + " s",
+      throw Error({std::string(where), shortest(t_s) + " s",
                    "a time between the first and the last knot, " + std::to_string(begin_s()) + " to " +
                        std::to_string(end_s()) + " s"});
     }
