@@ -234,8 +234,10 @@ inline Inflation prove_inequality(const Workspace& work, const Weights& weights,
     }
     const Image& image = is_prior ? prior : other;
     const EnclosedMatrix bias = linalg::product_minus(gain_information, image.seen, image.basis);
-    if (MatrixInequality(image.bounded, weights.rows, bias, work.quick).holds()) {
-      return {.amount = 0.0, .step = weights.step};
+    const double small = MatrixInequality(image.bounded, weights.rows, bias, work.quick)
+                             .find_small_inflation(weights.step, work.stacked.rows());
+    if (small >= 0.0) {
+      return {.amount = small, .step = weights.step};
     }
     const MatrixInequality inequality(image.bounded, weights.rows, bias, work.careful());
     for (const double share : kStepShares) {

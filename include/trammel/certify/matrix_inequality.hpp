@@ -34,7 +34,23 @@ class MatrixInequality {
   /// the first `growing` rows grow by `step`, all by the factor. NaN if it is not proved for the largest.
   [[nodiscard]] double find_inflation(double step, Eigen::Index growing) const;
 
+  /// The same among 0, 1e-13, 1e-12 and 1e-11 only, at the cost of a few factorisations; NaN if none is
+  /// enough.
+  [[nodiscard]] double find_small_inflation(double step, Eigen::Index growing) const;
+
  private:
+  /// The inequality with multipliers lambda (1 + t) + t step.
+  class Growth {
+   public:
+    Growth(const MatrixInequality& inequality, double step, Eigen::Index growing);
+    [[nodiscard]] bool holds_at(double t) const;
+
+   private:
+    const MatrixInequality& of_;
+    Eigen::MatrixXd growth_;
+    Eigen::MatrixXd radius_;
+  };
+
   const linalg::EnclosedMatrix& bounded_;
   linalg::EnclosedMatrix bound_form_;  ///< W'H(lambda)W
   Eigen::MatrixXd base_;               ///< midpoint of W'(H(lambda) - E'SE)W

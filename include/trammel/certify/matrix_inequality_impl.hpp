@@ -3,6 +3,7 @@
 /// Definitions of matrix_inequality.hpp.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -20,6 +21,8 @@ inline constexpr int kLargestInflation = 24;
 /// From this exponent on an inflation is worth halving its interval this many times more.
 inline constexpr int kCoarseInflation = -36;
 inline constexpr int kRefinements = 4;
+/// Inflations that cost nothing anyone would notice.
+inline constexpr std::array<double, 3> kNegligibleInflations{1e-13, 1e-12, 1e-11};
 
 }  // namespace inequality_detail
 
@@ -37,47 +40,67 @@ TRAMMEL_INLINE MatrixInequality::MatrixInequality(const linalg::EnclosedMatrix& 
 
 TRAMMEL_INLINE bool MatrixInequality::holds() const { return positive_definite(base_, base_radius_); }
 
+TRAMMEL_INLINE MatrixInequality::Growth::Growth(const MatrixInequality& inequality, double step,
+                                                Eigen::Index growing)
+    : of_(inequality), growth_(inequality.bound_form_.hi) {
+  // W'(H(lambda) + step sum H_l)W may be known to double precision only: it is multiplied by t. Its error is
+  // the usual gamma_n |X|'|X|, here with a comfortable constant and by norms of the columns, plus what
+  // `bounded` leaves open.
+  const auto points = inequality.bounded_.hi.topRows(growing);
+  growth_.noalias() += step * (points.transpose() * points);
+  const double gamma = 4.0 * (static_cast<double>(growing) + 4.0) * 0x1p-53;
+  const Eigen::RowVectorXd sizes = points.colwise().norm();
+  Eigen::RowVectorXd errors = (gamma + 0x1p-50) * sizes;
+  if (inequality.bounded_.radius.size() != 0) {
+    errors += 4.0 * inequality.bounded_.radius.topRows(growing).colwise().norm();
+  }
+  radius_ = step * (sizes.transpose() * errors + errors.transpose() * sizes) + inequality.bound_form_.radius +
+            0x1p-50 * (growth_.cwiseAbs() + inequality.bound_form_.hi.cwiseAbs());
+}
+
+TRAMMEL_INLINE bool MatrixInequality::Growth::holds_at(double t) const {
+  const Eigen::MatrixXd total = of_.base_ + t * growth_;
+  const Eigen::MatrixXd radius =
+      (1.0 + 0x1p-50) * (of_.base_radius_ + t * radius_) + 0x1p-52 * total.cwiseAbs();
+  return positive_definite(total, radius);
+}
+
 TRAMMEL_INLINE double MatrixInequality::find_inflation(double step, Eigen::Index growing) const {
   if (holds()) {
     return 0.0;
   }
-  // W'(H(lambda) + step sum H_l)W may be known to double precision only: it is multiplied by t. Its error is
-  // the usual gamma_n |X|'|X|, here with a comfortable constant, plus what `bounded` leaves open.
-  const Eigen::MatrixXd points = bounded_.hi.topRows(growing);
-  Eigen::MatrixXd growth = bound_form_.hi;
-  growth.noalias() += step * (points.transpose() * points);
-  const Eigen::MatrixXd sizes = points.cwiseAbs();
-  const double gamma = 4.0 * (static_cast<double>(growing) + 4.0) * 0x1p-53;
-  const Eigen::MatrixXd errors = gamma * sizes + 4.0 * bounded_.radius.topRows(growing);
-  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(growth.rows(), growth.cols());
-  sum.noalias() += sizes.transpose() * errors;
-  const Eigen::MatrixXd growth_radius = (step * (sum + sum.transpose()) + bound_form_.radius +
-                                         0x1p-50 * (growth.cwiseAbs() + bound_form_.hi.cwiseAbs()) +
-                                         0x1p-50 * step * sizes.transpose() * sizes);
-  const auto holds_at = [&](double t) {
-    const Eigen::MatrixXd total = base_ + t * growth;
-    const Eigen::MatrixXd radius =
-        (1.0 + 0x1p-50) * (base_radius_ + t * growth_radius) + 0x1p-52 * total.cwiseAbs();
-    return positive_definite(total, radius);
-  };
+  const Growth growth(*this, step, growing);
   int fails = inequality_detail::kSmallestInflation - 1;
   int holds = inequality_detail::kLargestInflation;
-  if (!holds_at(std::ldexp(1.0, holds))) {
+  if (!growth.holds_at(std::ldexp(1.0, holds))) {
     return std::numeric_limits<double>::quiet_NaN();
   }
   while (holds - fails > 1) {
     const int middle = fails + (holds - fails) / 2;
-    (holds_at(std::ldexp(1.0, middle)) ? holds : fails) = middle;
+    (growth.holds_at(std::ldexp(1.0, middle)) ? holds : fails) = middle;
   }
   double inflation = std::ldexp(1.0, holds);
   if (holds >= inequality_detail::kCoarseInflation) {
     double too_small = inflation / 2.0;
     for (int round = 0; round < inequality_detail::kRefinements; ++round) {
       const double middle = (too_small + inflation) / 2.0;
-      (holds_at(middle) ? inflation : too_small) = middle;
+      (growth.holds_at(middle) ? inflation : too_small) = middle;
     }
   }
   return inflation;
+}
+
+TRAMMEL_INLINE double MatrixInequality::find_small_inflation(double step, Eigen::Index growing) const {
+  if (holds()) {
+    return 0.0;
+  }
+  const Growth growth(*this, step, growing);
+  for (const double t : inequality_detail::kNegligibleInflations) {
+    if (growth.holds_at(t)) {
+      return t;
+    }
+  }
+  return std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace trammel::inline TRAMMEL_ABI::certify
