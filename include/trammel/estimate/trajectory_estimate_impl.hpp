@@ -210,6 +210,9 @@ TRAMMEL_INLINE TrajectoryEstimate estimate_trajectory(const Scenario& scenario,
     tell({.phase = "reading measurements", .fraction = 0.0});
   }
   const TrajectoryProblem problem = assemble(scenario);
+  if (tell) {
+    tell({.phase = "solving", .fraction = 0.0});
+  }
   return evaluate_solution(scenario, problem,
                            minimax::solve_with(settings.method, problem.problem, settings.solver, tell),
                            settings, tell);

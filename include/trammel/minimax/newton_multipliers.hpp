@@ -40,6 +40,12 @@ namespace trammel::inline TRAMMEL_ABI::minimax {
                                                    const SolverSettings& settings,
                                                    const ProgressObserver& observe);
 
+/// L scaled into the bounds one by one, where their rows make up a basis: L <- a^-1 D a L, D = use^(-1/2) on
+/// the bounds exceeded. A common factor would take from all what a single bound with a multiplier near zero
+/// exceeds. Unchanged where the rows are no basis.
+void scale_into_bounds(const ReducedProblem& problem, const Eigen::VectorXd& use,
+                       Eigen::MatrixXd& prior_factor);
+
 /// Bounds, estimator and status of a solution that has V = L L' and lambda only, as solve_in_multipliers
 /// makes them. On its path H(lambda) = Sigma(V) exactly, so the multipliers, a little inflated, and K = L (I
 /// + L'J L)^-1 L' are feasible; the lower bound is that of V scaled into the bounds. kOptimal where the

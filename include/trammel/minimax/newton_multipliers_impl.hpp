@@ -224,20 +224,6 @@ class MultiplierNewton {
   double least_mu_ = 0.0;
 };
 
-/// L scaled into the bounds one by one, where their rows make up a basis: L <- a^-1 D a L, D = use^(-1/2) on
-/// the bounds exceeded. A common factor would take from all what a single bound with a multiplier near zero
-/// exceeds. Unchanged where the rows are no basis.
-inline void scale_into_bounds(const ReducedProblem& problem, const Eigen::VectorXd& use,
-                              Eigen::MatrixXd& prior_factor) {
-  if (problem.bounds.rows() != problem.bounds.cols()) {
-    return;
-  }
-  const Eigen::VectorXd scale = use.cwiseMax(1.0).cwiseSqrt().cwiseInverse();
-  Eigen::VectorXd row_scale(problem.bounds.rows());
-  per_row(scale, problem.first_row, row_scale);
-  prior_factor = linalg::Lu(problem.bounds).solve(row_scale.asDiagonal() * (problem.bounds * prior_factor));
-}
-
 /// One Newton step towards Sigma(V) = H(lambda) in coordinates where V = I, Q D G + G D Q = G - L'H L, given
 /// the lower triangle of `slack` = L'H L - G, which it overwrites. False where it does not exist: the motion
 /// is not well observed.
@@ -331,6 +317,17 @@ TRAMMEL_INLINE ReducedSolution solve_in_multipliers(const ReducedProblem& proble
   return newton.run(settings, observe);
 }
 
+TRAMMEL_INLINE void scale_into_bounds(const ReducedProblem& problem, const Eigen::VectorXd& use,
+                                      Eigen::MatrixXd& prior_factor) {
+  if (problem.bounds.rows() != problem.bounds.cols()) {
+    return;
+  }
+  const Eigen::VectorXd scale = use.cwiseMax(1.0).cwiseSqrt().cwiseInverse();
+  Eigen::VectorXd row_scale(problem.bounds.rows());
+  per_row(scale, problem.first_row, row_scale);
+  prior_factor = linalg::Lu(problem.bounds).solve(row_scale.asDiagonal() * (problem.bounds * prior_factor));
+}
+
 TRAMMEL_INLINE void certify_prior(const ReducedProblem& problem, const SolverSettings& settings,
                                   ReducedSolution& solution) {
   constexpr double kShare = 0.1;  // of the gap, for the inflation
@@ -364,7 +361,7 @@ TRAMMEL_INLINE void certify_prior(const ReducedProblem& problem, const SolverSet
   solution.gain = state.gain();
   // A common factor costs what the largest excess is, which may be too much.
   if (state.use.maxCoeff() > 1.0 + kShare * settings.relative_gap) {
-    detail::scale_into_bounds(problem, state.use, state.factor);
+    scale_into_bounds(problem, state.use, state.factor);
     state.update(problem);
   }
   const double excess = std::max(1.0, state.use.maxCoeff());

@@ -50,9 +50,6 @@ TRAMMEL_INLINE Solution solve(const GuaranteedProblem& problem, const SolverSett
                               const ProgressObserver& observe) {
   validate(settings, "settings");
   const auto start = std::chrono::steady_clock::now();
-  if (observe) {
-    observe({.phase = "solving", .fraction = 0.0});
-  }
   Solution solution;
   if (detail::solve_directly(problem, settings, observe, solution)) {
     solution.method = Method::kNewtonMultipliers;
