@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 
 #include "trammel/core/config.hpp"
-#include "trammel/estimate/trajectory_estimate.hpp"
+#include "trammel/estimate/path_table.hpp"
 #include "trammel/trajectory/nominal_trajectory.hpp"
 #include "trammel/trajectory/spline_basis.hpp"
 

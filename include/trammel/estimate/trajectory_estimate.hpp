@@ -14,6 +14,7 @@
 #include "trammel/certify/near_optimality.hpp"
 #include "trammel/core/config.hpp"
 #include "trammel/core/progress.hpp"
+#include "trammel/estimate/path_table.hpp"
 #include "trammel/minimax/methods.hpp"
 #include "trammel/minimax/solution.hpp"
 #include "trammel/problem/assemble.hpp"
@@ -31,13 +32,6 @@ struct EstimateSettings {
   /// Search for the worst admissible motion and the bound over all estimators; absent: neither. Leave out
   /// where many scenarios are compared: it takes longer than the solution itself.
   std::optional<certify::NearOptimalitySettings> near_optimality = certify::NearOptimalitySettings{};
-};
-
-/// A path on a time grid.
-struct PathTable {
-  std::vector<double> times_s;
-  Eigen::MatrixXd position_m;    ///< n x 3
-  Eigen::MatrixXd velocity_mps;  ///< n x 3
 };
 
 /// Normalised residual of one measurement (observed minus computed at the estimate, in the station's units).

@@ -114,6 +114,19 @@ struct RelativeMotion {
   return result;
 }
 
+/// One component of a measurement, linearised and whitened; passed to for_each_whitened_row.
+struct WhitenedRow {
+  Eigen::Index segment = 0;                  ///< which the measurement belongs to
+  Eigen::Matrix<double, 1, 9> coefficients;  ///< entries of the spline coefficients 3 segment ..
+  Eigen::RowVectorXd biases;                 ///< entries of the stations' biases
+  double deviation = 0.0;                    ///< from the reference; 0 where only planned
+};
+
+/// Calls `visit` for every component of every measurement, linearised as `problem` says. Throws Error where a
+/// measurement cannot be linearised.
+void for_each_whitened_row(const Scenario& scenario, const TrajectoryProblem& problem,
+                           const std::function<void(const WhitenedRow&)>& visit);
+
 /// What `assemble` returns without its matrices: coordinates, paths, what the measurements are linearised
 /// about. O(n + r) time and memory for n measurements and r segments. Throws Error as `check` does.
 [[nodiscard]] TrajectoryProblem describe_problem(const Scenario& scenario,

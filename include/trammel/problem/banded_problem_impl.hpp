@@ -8,7 +8,6 @@
 
 #include "trammel/core/error.hpp"
 #include "trammel/problem/banded_problem.hpp"
-#include "trammel/problem/whitened_rows.hpp"
 #include "trammel/trajectory/criterion_factor.hpp"
 #include "trammel/trajectory/motion_parameters.hpp"
 
@@ -72,10 +71,9 @@ TRAMMEL_INLINE BandedProblem assemble_banded(const Scenario& scenario,
       .rhs = Eigen::VectorXd::Zero(p),
       .residual = 0.0,
   };
-  for_each_whitened_row(
-      scenario, result.trajectory,
-      [&](Eigen::Index segment, const Eigen::Matrix<double, 1, 9>& row, const Eigen::RowVectorXd& /*biases*/,
-          double deviation) { result.measurements.add(segment, row, deviation); });
+  for_each_whitened_row(scenario, result.trajectory, [&](const WhitenedRow& row) {
+    result.measurements.add(row.segment, row.coefficients, row.deviation);
+  });
   Eigen::Index at = 0;
   result.residual = result.measurements.merge([&](Eigen::Index first, const auto& band, const auto& rest) {
     result.information_factor.add(at, first, band);
