@@ -124,7 +124,10 @@ Json assumptions(const ReportInput& input) {
       list.push_back(std::move(sentence));
     }
   } else {
-    list.push_back("Measurements are linear in the deviation (linearised about the reference).");
+    const auto& observed = input.estimate.observed;
+    const bool fitted = observed && observed->linearisation.iterations > 0;
+    list.push_back("Measurements are linear in the deviation (linearised about the " +
+                   std::string(fitted ? "path fitted to them" : "reference") + ").");
   }
   list.push_back(
       "\u201crms\u201d is the root of the mean, over the measurement errors, of the squared distance in "
