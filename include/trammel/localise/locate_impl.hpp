@@ -7,7 +7,9 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <span>
 #include <utility>
+#include <vector>
 
 #include "trammel/core/random.hpp"
 #include "trammel/linalg/cholesky.hpp"
@@ -38,8 +40,7 @@ class Search {
   /// Fits with falling barrier weights from a start that is pulled inside first; keeps the last fit. Fits are
   /// coarse and end near a minimum known already; a last one that is near none is carried on, until it is
   /// clear that it does not come near the best.
-  template <std::size_t Count>
-  void descend(const Eigen::VectorXd& start, const std::array<double, Count>& weights) {
+  void descend(const Eigen::VectorXd& start, std::span<const double> weights) {
     if (observe_) {
       observe_({.phase = "searching for motions that explain the data",
                 .fraction = static_cast<double>(starts_) / expected_});
@@ -212,7 +213,22 @@ inline Eigen::VectorXd random_motion(const FitProblem& problem, RandomStream& st
   return coordinates.from_motion(theta);
 }
 
+/// Barrier weights that fall from where the barriers weigh as much as the misfit of `start`: the fit then
+/// stays away from the bounds until it has come near the data.
+inline std::vector<double> weights_from_afar(const FitProblem& problem, const Eigen::VectorXd& start,
+                                             std::span<const double> last) {
+  constexpr double kFall = 0.1;
+  std::vector<double> weights;
+  const auto bounds = static_cast<double>(problem.trajectory().problem.ellipsoids.size());
+  for (double mu = problem.chi2(start) / (2 * bounds); std::isfinite(mu) && mu > last.front(); mu *= kFall) {
+    weights.push_back(mu);
+  }
+  weights.insert(weights.end(), last.begin(), last.end());
+  return weights;
+}
+
 inline void explore(const FitProblem& problem, Search& search) {
+  constexpr double kImplausible = 100.0;  // of |r|^2 over the number of its components
   constexpr std::array kLong{30.0, 10.0, 3.0, 1.0, 0.3, kWeakBarrier};
   constexpr std::array kShort{3.0, 1.0, 0.3, kWeakBarrier};
   constexpr std::array kLast{0.3, kWeakBarrier};
@@ -223,7 +239,12 @@ inline void explore(const FitProblem& problem, Search& search) {
   search.expect(2 + 2 * kSigmas.size() + kMirrors * heights.size() + kRandom);
   search.descend(search.centre(), kLong);
   search.descend(search.centre(), kShort);
-  const Eigen::VectorXd first = search.minima().front().z;
+  const auto components = static_cast<double>(problem.residuals(search.centre()).size());
+  if (search.distinct().front().chi2 > kImplausible * components) {
+    // Precise data far from the nominal path: weak barriers let the first steps run into the bounds.
+    search.descend(search.centre(), weights_from_afar(problem, search.centre(), kLong));
+  }
+  const Eigen::VectorXd first = search.distinct().front().z;
   const Eigen::MatrixXd weak = weak_directions(problem, first);
   for (Eigen::Index k = 0; k < weak.cols(); ++k) {
     for (const double sigmas : kSigmas) {
@@ -375,8 +396,11 @@ class Locator {
     branch.reference = std::move(fits.reference);
     branch.excess_cost = excess;
     branch.distance_m = distance;
-    const Eigen::VectorXd there =
-        stated_on_.trajectory().coordinates.moved_from(problem_.trajectory().coordinates, branch.reference.z);
+    constexpr double kAlmost = 1.0 - 1e-9;  // coordinates are moved with rounding errors
+    const MotionCoordinates& from = problem_.trajectory().coordinates;
+    const MotionCoordinates& to = stated_on_.trajectory().coordinates;
+    const Eigen::VectorXd there = stated_on_.pull_inside(to.moved_from(from, branch.reference.z), kAlmost,
+                                                         to.moved_from(from, centre_));
     branch.stated = state(stated_on_, there, settings_.model_error, settings_.solver, settings_.method);
     result_.branches.push_back(std::move(branch));
   }
