@@ -85,4 +85,42 @@ TEST(Locate, SaysThatNoMotionStaysAboveTheFloor) {
   EXPECT_LT(found.lowest_height_m, 20000.0);
 }
 
+// A full circle, 48 km from the straight nominal path at its end, seen with 3 m and 0.2 mrad.
+TEST(Locate, FindsPreciselyMeasuredCirclesFromAStraightNominalPath) {
+  constexpr int kSegments = 60;
+  constexpr double kSpeed_mps = 200.0;
+  constexpr double kRadius_m = 8000.0;
+  const auto circle = [](double t) {
+    const double angle = t * (kSpeed_mps / kRadius_m);
+    return Eigen::Vector3d(20000.0 + kRadius_m * std::sin(angle),
+                           15000.0 + kRadius_m * (1.0 - std::cos(angle)), 9000.0);
+  };
+  Scenario scenario;
+  for (int i = 0; i <= kSegments; ++i) {
+    scenario.knots_s.push_back(4.0 * i);
+  }
+  scenario.nominal.position_m = {20030, 14980, 9010};
+  scenario.nominal.velocity_mps = {198, 3, 1};
+  scenario.bounds = {.position_m = Eigen::Vector3d::Constant(100),
+                     .velocity_mps = Eigen::Vector3d::Constant(10),
+                     .acceleration_mps2 = std::vector<Eigen::Vector3d>(kSegments, {8, 8, 1})};
+  for (const double x_m : {0.0, 30000.0}) {
+    scenario.stations.push_back({.name = x_m > 0.0 ? "east" : "west",
+                                 .kind = SensorKind::kAzimuthElevationRange,
+                                 .position_m = {x_m, 0, 0},
+                                 .covariance = Eigen::Vector3d(4e-8, 4e-8, 9).asDiagonal(),
+                                 .times_s = test::seconds(0, 240)});
+  }
+  test::observe(scenario, circle, 0.0);
+  const localise::FitProblem fit(scenario);
+  const localise::Location found = localise::locate(scenario);
+  ASSERT_FALSE(found.branches.empty());
+  const localise::Branch& best = found.branches.front();
+  for (double t = 0.0; t <= 240.0; t += 15.0) {
+    const Eigen::Vector3d position = fit.trajectory().nominal.position(t) +
+                                     fit.trajectory().coordinates.spline(best.minimum.z).position(t);
+    EXPECT_NEAR((position - circle(t)).norm(), 0.0, 10.0) << t;
+  }
+}
+
 }  // namespace
