@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "region/allocation_count.hpp"
+#include "heap_watch.hpp"
 #include "trammel/filter/fading_memory_filter.hpp"
 #include "trammel/filter/fixed_gain_filter.hpp"
 #include "trammel/filter/tracker.hpp"

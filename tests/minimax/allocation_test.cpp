@@ -2,44 +2,14 @@
 // The iteration loops of the structured solver take no memory from the heap: this program counts every call
 // of malloc.
 #include <algorithm>
-#include <atomic>
-#include <cstddef>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "heap_watch.hpp"
 #include "trammel/minimax/solve.hpp"
 #include "trammel/problem/assemble.hpp"
 #include "trammel/problem/zoo.hpp"
-
-namespace {
-std::atomic<long> allocations{0};
-}  // namespace
-
-// glibc's own names behind malloc and its relatives; free stays as it is.
-extern "C" {
-void* __libc_malloc(std::size_t size);
-void* __libc_calloc(std::size_t count, std::size_t size);
-void* __libc_realloc(void* block, std::size_t size);
-void* __libc_memalign(std::size_t alignment, std::size_t size);
-
-void* malloc(std::size_t size) {
-  ++allocations;
-  return __libc_malloc(size);
-}
-void* calloc(std::size_t count, std::size_t size) {
-  ++allocations;
-  return __libc_calloc(count, size);
-}
-void* realloc(void* block, std::size_t size) {
-  ++allocations;
-  return __libc_realloc(block, size);
-}
-void* aligned_alloc(std::size_t alignment, std::size_t size) {
-  ++allocations;
-  return __libc_memalign(alignment, size);
-}
-}
 
 namespace {
 
@@ -49,7 +19,7 @@ std::vector<long> allocations_per_iteration(const trammel::GuaranteedProblem& pr
   counts.reserve(1000);
   long last = -1;
   const auto solution = trammel::minimax::solve(problem, {}, [&](const trammel::Progress&) {
-    const long now = allocations.load();
+    const long now = trammel::test::allocation_count();
     if (last >= 0) {
       counts.push_back(now - last);
     }
@@ -60,10 +30,10 @@ std::vector<long> allocations_per_iteration(const trammel::GuaranteedProblem& pr
 }
 
 TEST(Allocation, TheCounterCounts) {
-  const long before = allocations.load();
+  const long before = trammel::test::allocation_count();
   const std::vector<double> block(1000, 1.0);
   EXPECT_EQ(block.back(), 1.0);
-  EXPECT_GE(allocations.load(), before + 1);
+  EXPECT_GE(trammel::test::allocation_count(), before + 1);
 }
 
 TEST(Allocation, IterationsTakeNone) {

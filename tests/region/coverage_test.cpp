@@ -2,7 +2,7 @@
 // Statistical targets, with bands of four standard errors, and the independence of threads.
 #include <gtest/gtest.h>
 
-#include "allocation_count.hpp"
+#include "heap_watch.hpp"
 #include "trammel/region/coverage.hpp"
 #include "trammel/region/planar.hpp"
 
