@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "trammel/core/config.hpp"
+#include "trammel/core/progress.hpp"
 #include "trammel/estimate/path_table.hpp"
 #include "trammel/trajectory/nominal_trajectory.hpp"
 #include "trammel/trajectory/spline_basis.hpp"
@@ -54,6 +55,22 @@ inline constexpr Eigen::Index kGridRows = 200;
     table.velocity_mps.row(i) = nominal.velocity(times_s[static_cast<std::size_t>(i)]).transpose();
   }
   return table;
+}
+
+/// rms_m(t) of a guarantee on a grid, with progress told.
+template <class Guarantee>
+[[nodiscard]] std::vector<double> guaranteed_on_grid(const Guarantee& guarantee,
+                                                     const std::vector<double>& times_s,
+                                                     const ProgressObserver& observe) {
+  std::vector<double> rms_m;
+  for (const double t_s : times_s) {
+    rms_m.push_back(guarantee.rms_m(t_s));
+    if (observe) {
+      observe({.phase = "bounds per time",
+               .fraction = static_cast<double>(rms_m.size()) / static_cast<double>(times_s.size())});
+    }
+  }
+  return rms_m;
 }
 
 }  // namespace trammel::inline TRAMMEL_ABI::estimate

@@ -164,14 +164,8 @@ TRAMMEL_INLINE TrajectoryEstimate evaluate_verified(
   if (observe) {
     observe({.phase = "bounds per time", .fraction = 0.0});
   }
-  const PointwiseGuarantee guarantee(problem, scenario.bounds, solution.gain);
-  for (std::size_t i = 0; i < times.size(); ++i) {
-    result.guaranteed_rms_at_m.push_back(guarantee.rms_m(times[i]));
-    if (observe) {
-      observe({.phase = "bounds per time",
-               .fraction = static_cast<double>(i + 1) / static_cast<double>(times.size())});
-    }
-  }
+  result.guaranteed_rms_at_m =
+      guaranteed_on_grid(PointwiseGuarantee(problem, scenario.bounds, solution.gain), times, observe);
   if (settings.near_optimality) {
     result.near_optimality =
         certify::assess_near_optimality(problem.problem, solution, *settings.near_optimality, observe);

@@ -171,14 +171,8 @@ TRAMMEL_INLINE estimate::TrajectoryEstimate estimate_flight(const Scenario& scen
   result.prior_rms_m = detail::prior_rms(basis, scenario.bounds);
   result.lambda_m2 = solution.certificate.multipliers;
   result.nominal = estimate::nominal_on_grid(problem.trajectory.nominal, times);
-  const BandedPointwise guarantee(problem, solution.estimator);
-  for (std::size_t i = 0; i < times.size(); ++i) {
-    result.guaranteed_rms_at_m.push_back(guarantee.rms_m(times[i]));
-    if (tell) {
-      tell({.phase = "bounds per time",
-            .fraction = static_cast<double>(i + 1) / static_cast<double>(times.size())});
-    }
-  }
+  result.guaranteed_rms_at_m =
+      estimate::guaranteed_on_grid(BandedPointwise(problem, solution.estimator), times, tell);
   if (!scenario.observations.empty()) {
     const estimate::GaussMarkov unbounded{.rms_m = result.gauss_markov_rms_m, .z = least_squares(problem)};
     result.observed = estimate::compare_with_observations(
