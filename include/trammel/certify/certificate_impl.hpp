@@ -20,6 +20,7 @@
 #include "trammel/linalg/cholesky.hpp"
 #include "trammel/linalg/double_double.hpp"
 #include "trammel/linalg/qr.hpp"
+#include "trammel/minimax/prior_state.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::certify {
 
@@ -30,6 +31,7 @@ using linalg::Enclosure;
 using linalg::Precision;
 using linalg::round_down;
 using linalg::round_up;
+using linalg::sum_rounded_up;
 
 /// An inflation above this is worth a second try in a better conditioned basis.
 inline constexpr double kGoodInflation = 1e-10;
@@ -114,10 +116,7 @@ struct Workspace {
   /// One number per row of `stacked` from one per ellipsoid.
   [[nodiscard]] Eigen::VectorXd per_row(const Eigen::VectorXd& per_ellipsoid) const {
     Eigen::VectorXd result(stacked.rows());
-    for (Eigen::Index l = 0; l < per_ellipsoid.size(); ++l) {
-      const auto index = static_cast<std::size_t>(l);
-      result.segment(offset[index], offset[index + 1] - offset[index]).setConstant(per_ellipsoid(l));
-    }
+    minimax::per_row(per_ellipsoid, offset, result);
     return result;
   }
 
@@ -136,14 +135,6 @@ struct Image {
 inline Image make_image(const Workspace& work, const Eigen::MatrixXd& bounds, const Eigen::MatrixXd& basis) {
   return {basis, linalg::product(work.information_factor, EnclosedMatrix(basis)),
           linalg::product(EnclosedMatrix(bounds), EnclosedMatrix(basis))};
-}
-
-inline double sum_rounded_up(const Eigen::VectorXd& values) {
-  double total = 0.0;
-  for (const double value : values) {
-    total = round_up(total + value);
-  }
-  return total;
 }
 
 /// Directions no ellipsoid bounds, confined.
@@ -456,14 +447,15 @@ TRAMMEL_INLINE Certificate certify(const GuaranteedProblem& problem, const minim
   const bool wide = !(certificate.relative_gap() <= certificate_detail::allowed_gap(settings));
   if (wide && solution.status != SolveStatus::kUnbounded &&
       problem.parameters() <= certificate_detail::kMostToRound) {
-    minimax::Solution rounded = solution;
-    rounded.gain = round_gain(problem, solution.prior_factor);
+    const CandidatePoint rounded{.gain = round_gain(problem, solution.prior_factor),
+                                 .multipliers = solution.multipliers,
+                                 .prior_factor = solution.prior_factor};
     if (rounded.gain.size() > 0) {
       const Certificate other = verify(problem, rounded);
       const bool no_less = other.claim == Claim::kVerified || other.claim == certificate.claim;
       if (no_less && !(other.relative_gap() >= certificate.relative_gap())) {
         certificate = other;
-        solution.gain = std::move(rounded.gain);
+        solution.gain = rounded.gain;
       }
     }
   }

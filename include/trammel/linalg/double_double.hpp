@@ -47,6 +47,15 @@ struct DoubleDouble {
   return std::nextafter(x, -std::numeric_limits<double>::infinity());
 }
 
+/// Sum, every step rounded up.
+[[nodiscard]] inline double sum_rounded_up(const Eigen::VectorXd& values) noexcept {
+  double total = 0.0;
+  for (const double value : values) {
+    total = round_up(total + value);
+  }
+  return total;
+}
+
 /// A real number known to lie within `radius` of hi + lo.
 struct Enclosure {
   double hi = 0.0;

@@ -143,14 +143,6 @@ inline Eigen::VectorXd prove_inequality(const Factors& factors, const BandedEsti
   return lambda;
 }
 
-inline double sum_rounded_up(const Eigen::VectorXd& values) {
-  double total = 0.0;
-  for (const double value : values) {
-    total = round_up(total + value);
-  }
-  return total;
-}
-
 /// Lower bound of the value for the prior; 0 where nothing is proved.
 inline double prior_value(const Factors& factors, const BandedPrior& prior) {
   constexpr double kStart = 0.25;  // block traces are 1: no eigenvalue can exceed a third everywhere
@@ -198,7 +190,7 @@ TRAMMEL_INLINE BandedCertificate certify_bands(const BandedProblem& problem, con
       detail::prove_inequality(factors, estimator, certificate.lower, certificate.inflation);
   if (certificate.multipliers.size() > 0) {
     certificate.upper =
-        linalg::round_up(detail::noise(factors, estimator) + detail::sum_rounded_up(certificate.multipliers));
+        linalg::round_up(detail::noise(factors, estimator) + linalg::sum_rounded_up(certificate.multipliers));
   }
   certificate.remark = certify::arithmetic_defect();
   if (!std::isfinite(certificate.upper)) {

@@ -11,6 +11,7 @@
 
 #include "trammel/core/config.hpp"
 #include "trammel/linalg/banded_matrix.hpp"
+#include "trammel/linalg/double_double.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::window {
 
@@ -19,12 +20,8 @@ struct EnclosedNumber {
   double value = 0.0;
   double radius = 0.0;
 
-  [[nodiscard]] double upper() const {
-    return std::nextafter(value + radius, std::numeric_limits<double>::infinity());
-  }
-  [[nodiscard]] double lower() const {
-    return std::nextafter(value - radius, -std::numeric_limits<double>::infinity());
-  }
+  [[nodiscard]] double upper() const { return linalg::round_up(value + radius); }
+  [[nodiscard]] double lower() const { return linalg::round_down(value - radius); }
 };
 
 /// Every real matrix whose row i lies within radius(i) of that of `value`, in the 2-norm.

@@ -88,7 +88,7 @@ TRAMMEL_INLINE bool positive_definite(linalg::BandedMatrix A, double error) {
       kRoom * (rounding * static_cast<double>(2 * A.lower() + 1) * largest / (1.0 - 2.0 * rounding) + error) +
       kTiny;
   for (Eigen::Index i = 0; i < A.size(); ++i) {
-    A.at(i, i) = std::nextafter(A.at(i, i) - shift, -std::numeric_limits<double>::infinity());
+    A.at(i, i) = linalg::round_down(A.at(i, i) - shift);
   }
   return linalg::cholesky_in_place(A);
 }
