@@ -239,7 +239,7 @@ inline void explore(const FitProblem& problem, Search& search) {
   search.expect(2 + 2 * kSigmas.size() + kMirrors * heights.size() + kRandom);
   search.descend(search.centre(), kLong);
   search.descend(search.centre(), kShort);
-  const auto components = static_cast<double>(problem.residuals(search.centre()).size());
+  const auto components = static_cast<double>(3 * problem.scenario().observations.size());
   if (search.distinct().front().chi2 > kImplausible * components) {
     // Precise data far from the nominal path: weak barriers let the first steps run into the bounds.
     search.descend(search.centre(), weights_from_afar(problem, search.centre(), kLong));
