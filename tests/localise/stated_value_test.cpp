@@ -17,7 +17,7 @@ namespace {
 using namespace trammel;
 
 /// Fits with F to its last digits, so that positions keep seven.
-constexpr localise::FitSettings kTight{.max_systems = 5000, .relative_decrease = 1e-19};
+const localise::FitSettings kTight{.max_systems = 5000, .relative_decrease = 1e-19};
 /// Weight of the barriers at the linearisation point.
 constexpr double kReferenceWeight = 4.5;
 

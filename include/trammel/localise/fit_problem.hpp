@@ -32,6 +32,7 @@ struct NonzeroColumns {
 /// Value, gradient and curvature of a cost at one deviation.
 struct Quadratic {
   double cost = 0.0;         ///< F
+  double chi2 = 0.0;         ///< |r|^2
   Eigen::VectorXd gradient;  ///< of F, p
   Eigen::MatrixXd hessian;   ///< Gauss-Newton part A'A plus the barriers' Hessian, p x p
 };
@@ -67,7 +68,7 @@ class FitProblem {
 
   /// F; infinite outside the bounds, at or below the floor, and where a sensor is not differentiable.
   [[nodiscard]] double cost(const Eigen::VectorXd& z, double mu) const;
-  /// F with derivatives. Only where cost(z, mu) is finite.
+  /// F with derivatives; where F is infinite, that alone.
   [[nodiscard]] Quadratic expand(const Eigen::VectorXd& z, double mu) const;
   /// r at z, three numbers per measurement with zeros past its last component; `A`: minus the derivative,
   /// 3 n x p. Throws Error where a sensor is not differentiable.
@@ -95,13 +96,14 @@ class FitProblem {
     double t_s = 0.0;
     RelativeMotion reference;  ///< at t_s
     trajectory::LocalBasis<double> local;
-    Eigen::Matrix3d whiten;  ///< L
+    Eigen::Matrix3d whiten;  ///< L^-1
     sensor::Padded value;
   };
   /// Rows in z without their zero columns left and right.
   struct LocalRows {
     Eigen::Index first = 0;
     Eigen::MatrixXd rows;
+    Eigen::MatrixXd gram;  ///< rows' rows
 
     [[nodiscard]] Eigen::VectorXd times(const Eigen::VectorXd& z) const {
       return rows * z.segment(first, rows.cols());
@@ -126,6 +128,10 @@ class FitProblem {
   /// Heights (m) on the grid.
   [[nodiscard]] Eigen::VectorXd heights_m(const Eigen::VectorXd& z) const;
   [[nodiscard]] double floor_barrier(const Eigen::VectorXd& z) const;
+  /// |r|^2; A'A is added to `normal` and r'A to `descent`, before parameters are removed. Throws Error where
+  /// a sensor is not differentiable.
+  [[nodiscard]] double expand_misfit(const Deviation& deviation, Eigen::MatrixXd& normal,
+                                     Eigen::MatrixXd& descent) const;
 
   Scenario scenario_;
   std::optional<double> minimum_height_m_;

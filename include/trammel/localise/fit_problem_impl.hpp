@@ -42,7 +42,9 @@ TRAMMEL_INLINE FitProblem::FitProblem(const Scenario& scenario, std::optional<do
          .reference = relative_motion(trajectory_.nominal, trajectory_.stations[site.station], site.t_s),
          .local = basis.at(site.t_s),
          .whiten = noise_factor(m.covariance ? *m.covariance : station.covariance, components(station.kind),
-                                describe(scenario, site)),
+                                describe(scenario, site))
+                       .triangularView<Eigen::Lower>()
+                       .solve(Eigen::Matrix3d::Identity()),
          .value = sensor::padded(m.value)});
   });
   for (const Eigen::MatrixXd& a : trajectory_.problem.ellipsoids) {
@@ -66,7 +68,9 @@ TRAMMEL_INLINE FitProblem::FitProblem(const Scenario& scenario, std::optional<do
 
 TRAMMEL_INLINE FitProblem::LocalRows FitProblem::localise_rows(const Eigen::MatrixXd& rows) {
   const detail::NonzeroColumns local = detail::nonzero_columns(rows);
-  return {.first = local.first, .rows = rows.middleCols(local.first, local.count)};
+  LocalRows result{.first = local.first, .rows = rows.middleCols(local.first, local.count), .gram = {}};
+  result.gram = result.rows.transpose() * result.rows;
+  return result;
 }
 
 TRAMMEL_INLINE FitProblem::Deviation FitProblem::unpack(const Eigen::VectorXd& z) const {
@@ -105,7 +109,7 @@ TRAMMEL_INLINE double FitProblem::chi2(const Eigen::VectorXd& z) const {
       const sensor::Padded difference = sensor::difference(
           site.kind, site.value,
           sensor::measure(site.kind, seen.motion.position_m, seen.motion.velocity_mps) + seen.bias);
-      sum += site.whiten.triangularView<Eigen::Lower>().solve(difference).squaredNorm();
+      sum += (site.whiten * difference).squaredNorm();
     }
   } catch (const Error&) {  // a sensor cannot be linearised at a trial point: it is no better than the others
     return std::numeric_limits<double>::infinity();
@@ -127,21 +131,20 @@ TRAMMEL_INLINE Eigen::VectorXd FitProblem::residuals(const Eigen::VectorXd& z, E
   for (Eigen::Index k = 0; k < count; ++k) {
     const Site& site = sites_[static_cast<std::size_t>(k)];
     const Sighting seen = see(site, deviation);
-    const auto whiten = site.whiten.triangularView<Eigen::Lower>();
     const sensor::Linearised model =
         sensor::linearise(site.kind, seen.motion.position_m, seen.motion.velocity_mps);
-    r.segment<3>(3 * k) = whiten.solve(sensor::difference(site.kind, site.value, model.value + seen.bias));
+    r.segment<3>(3 * k) = site.whiten * sensor::difference(site.kind, site.value, model.value + seen.bias);
     if (A == nullptr) {
       continue;
     }
     for (Eigen::Index i = 0; i < 3; ++i) {
       const Eigen::Matrix3d J =
           seen.local.value(i) * model.J_value_position + seen.local.rate(i) * model.J_value_velocity;
-      dense.block<3, 3>(3 * k, 3 * (seen.local.first + i)) = whiten.solve(J);
+      dense.block<3, 3>(3 * k, 3 * (seen.local.first + i)) = site.whiten * J;
     }
     dense.block(3 * k, motions, 3, q) =
+        site.whiten *
         bias_columns(coordinates.bias_parameters(), site.station, time_rate(model, seen.motion));
-    whiten.solveInPlace(dense.block(3 * k, motions, 3, q));
   }
   if (A != nullptr) {
     *A = coordinates.restrict_rows(dense);
@@ -195,25 +198,22 @@ TRAMMEL_INLINE double FitProblem::cost(const Eigen::VectorXd& z, double mu) cons
   return std::isfinite(barrier) ? chi2(z) / 2 + barrier : std::numeric_limits<double>::infinity();
 }
 
-TRAMMEL_INLINE Quadratic FitProblem::expand(const Eigen::VectorXd& z, double mu) const {
+TRAMMEL_INLINE double FitProblem::expand_misfit(const Deviation& deviation, Eigen::MatrixXd& normal,
+                                                Eigen::MatrixXd& descent) const {
   const MotionCoordinates& coordinates = trajectory_.coordinates;
-  const Deviation deviation = unpack(z);
   const Eigen::Index motions = coordinates.all_parameters();
-  const auto q = static_cast<Eigen::Index>(coordinates.bias_parameters().size());
-  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(motions + q, motions + q);
-  Eigen::MatrixXd descent = Eigen::MatrixXd::Zero(1, motions + q);
+  const Eigen::Index q = deviation.biases.size();
   double squares = 0.0;
   for (const Site& site : sites_) {
     const Sighting seen = see(site, deviation);
-    const auto whiten = site.whiten.triangularView<Eigen::Lower>();
     sensor::Linearised model = sensor::linearise(site.kind, seen.motion.position_m, seen.motion.velocity_mps);
     Eigen::Matrix<double, 3, Eigen::Dynamic> J_bias;
     if (q > 0) {
-      J_bias = bias_columns(coordinates.bias_parameters(), site.station, time_rate(model, seen.motion));
-      whiten.solveInPlace(J_bias);
+      J_bias = site.whiten *
+               bias_columns(coordinates.bias_parameters(), site.station, time_rate(model, seen.motion));
     }
-    whiten.solveInPlace(model.J_value_position);
-    const sensor::Padded r = whiten.solve(sensor::difference(site.kind, site.value, model.value + seen.bias));
+    model.J_value_position = site.whiten * model.J_value_position;
+    const sensor::Padded r = site.whiten * sensor::difference(site.kind, site.value, model.value + seen.bias);
     squares += r.squaredNorm();
     // J = value x J_position + rate x J_velocity, whose products are sums of 3 x 3 blocks.
     const Eigen::Index first = 3 * seen.local.first;
@@ -228,7 +228,7 @@ TRAMMEL_INLINE Quadratic FitProblem::expand(const Eigen::VectorXd& z, double mu)
       }
     }
     const bool sees_velocity = !model.J_value_velocity.isZero(0.0);
-    whiten.solveInPlace(model.J_value_velocity);
+    model.J_value_velocity = site.whiten * model.J_value_velocity;
     if (q > 0) {
       const Eigen::MatrixXd bp = J_bias.transpose() * model.J_value_position;
       const Eigen::MatrixXd bv = J_bias.transpose() * model.J_value_velocity;
@@ -253,7 +253,30 @@ TRAMMEL_INLINE Quadratic FitProblem::expand(const Eigen::VectorXd& z, double mu)
     }
   }
   normal.triangularView<Eigen::StrictlyUpper>() = normal.transpose();
+  return squares;
+}
+
+TRAMMEL_INLINE Quadratic FitProblem::expand(const Eigen::VectorXd& z, double mu) const {
   Quadratic result;
+  result.cost = mu * (ellipsoid_barrier(z) + floor_barrier(z));
+  if (!std::isfinite(result.cost)) {
+    return result;
+  }
+  const MotionCoordinates& coordinates = trajectory_.coordinates;
+  const Deviation deviation = unpack(z);
+  const Eigen::Index count = coordinates.all_parameters() + deviation.biases.size();
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(count, count);
+  Eigen::MatrixXd descent = Eigen::MatrixXd::Zero(1, count);
+  result.chi2 = std::numeric_limits<double>::infinity();
+  try {
+    result.chi2 = expand_misfit(deviation, normal, descent);
+  } catch (const Error&) {  // a sensor cannot be linearised at a trial point: it is no better than the others
+  }
+  result.cost += result.chi2 / 2;
+  if (!std::isfinite(result.cost)) {
+    result.cost = std::numeric_limits<double>::infinity();
+    return result;
+  }
   const Eigen::MatrixXd half = coordinates.restrict_rows(normal).transpose();
   result.hessian = coordinates.restrict_rows(half);
   result.gradient = -coordinates.restrict_rows(descent).transpose();
@@ -263,7 +286,7 @@ TRAMMEL_INLINE Quadratic FitProblem::expand(const Eigen::VectorXd& z, double mu)
     const Eigen::VectorXd v = (2 / room) * (a.rows.transpose() * T);
     result.gradient.segment(a.first, v.size()) += mu * v;
     result.hessian.block(a.first, a.first, v.size(), v.size()) +=
-        (2 * mu / room) * (a.rows.transpose() * a.rows) + mu * v * v.transpose();
+        (2 * mu / room) * a.gram + (mu * v).lazyProduct(v.transpose());
   }
   if (minimum_height_m_) {
     const Eigen::VectorXd room = heights_m(z).array() - *minimum_height_m_;
@@ -274,11 +297,9 @@ TRAMMEL_INLINE Quadratic FitProblem::expand(const Eigen::VectorXd& z, double mu)
       const double near = room(static_cast<Eigen::Index>(j));
       const Eigen::Index size = row.rows.cols();
       result.gradient.segment(row.first, size) -= (weight / near) * row.rows.transpose();
-      result.hessian.block(row.first, row.first, size, size) +=
-          (weight / (near * near)) * (row.rows.transpose() * row.rows);
+      result.hessian.block(row.first, row.first, size, size) += (weight / (near * near)) * row.gram;
     }
   }
-  result.cost = squares / 2 + mu * (ellipsoid_barrier(z) + floor_barrier(z));
   return result;
 }
 

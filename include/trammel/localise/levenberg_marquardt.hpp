@@ -3,6 +3,7 @@
 /// The built-in minimiser of constrained fits.
 #pragma once
 
+#include <functional>
 #include <limits>
 
 #include <Eigen/Core>
@@ -18,6 +19,8 @@ struct FitSettings {
   double relative_decrease = 1e-9;  ///< stop when a Newton step promises less than this times (1 + |F|)
   /// Give up where a step promises less than a hundredth of what F is above this.
   double target = std::numeric_limits<double>::infinity();
+  /// Asked after each step taken, where there is one: whether the fit may end there.
+  std::function<bool(const Eigen::VectorXd& z)> enough = {};
 };
 
 /// A minimum of F(., mu).

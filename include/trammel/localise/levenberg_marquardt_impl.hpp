@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "trammel/core/error.hpp"
 #include "trammel/linalg/cholesky.hpp"
@@ -36,16 +37,15 @@ TRAMMEL_INLINE Fit fit_levenberg_marquardt(const FitProblem& problem, const Eige
   constexpr double kHopeful = 0.01;
   constexpr double kRounding = 1e-13;  // of F: smaller changes say nothing
   Fit fit{.z = start};
-  fit.cost = problem.cost(start, mu);
-  require(std::isfinite(fit.cost), "start", "a point outside the bounds", "a point strictly inside");
+  Quadratic at = problem.expand(start, mu);
+  require(std::isfinite(at.cost), "start", "a point outside the bounds", "a point strictly inside");
   double damping = kFirstDamping;
-  while (fit.systems < settings.max_systems && damping < kMostDamping) {
-    const Quadratic at = problem.expand(fit.z, mu);
-    const double slack = kRounding * (1 + std::abs(fit.cost));
-    const double enough = settings.relative_decrease * (1 + std::abs(fit.cost));
+  bool over = false;  // nothing more is to be gained
+  while (!over && fit.systems < settings.max_systems && damping < kMostDamping) {
+    const double slack = kRounding * (1 + std::abs(at.cost));
+    const double enough = settings.relative_decrease * (1 + std::abs(at.cost));
     const Eigen::VectorXd diagonal = at.hessian.diagonal().cwiseMax(std::numeric_limits<double>::min());
     bool taken = false;
-    bool hopeless = false;
     while (!taken && fit.systems < settings.max_systems && damping < kMostDamping) {
       Eigen::MatrixXd damped = at.hessian;
       damped.diagonal() += damping * diagonal;
@@ -55,33 +55,31 @@ TRAMMEL_INLINE Fit fit_levenberg_marquardt(const FitProblem& problem, const Eige
         Eigen::VectorXd step = -cholesky.solve(at.gradient);
         // The damped decrement is the smaller one: only where it is small the undamped one need be known.
         const double promised = -at.gradient.dot(step) / 2;
-        if (promised <= std::max(enough, slack) && detail::measure_decrement(at, fit) <= enough) {
-          fit.converged = true;
-          break;
-        }
-        hopeless = damping <= kFirstDamping && promised < kHopeful * (fit.cost - settings.target);
-        if (hopeless) {
+        fit.converged = promised <= std::max(enough, slack) && detail::measure_decrement(at, fit) <= enough;
+        over =
+            fit.converged || (damping <= kFirstDamping && promised < kHopeful * (at.cost - settings.target));
+        if (over) {
           break;
         }
         while (!problem.inside(fit.z + step) && step.norm() > 0.0) {
           step *= kShorten;
         }
-        const double cost = problem.cost(fit.z + step, mu);
+        // With derivatives at once: most steps are taken.
+        Quadratic next = problem.expand(fit.z + step, mu);
         // Near the minimum F cannot tell any more; there the step itself is right.
-        taken = cost < fit.cost || (promised < slack && cost <= fit.cost + slack);
+        taken = next.cost < at.cost || (promised < slack && next.cost <= at.cost + slack);
         if (taken) {
           fit.z += step;
-          fit.cost = cost;
           fit.decrement = promised;
+          at = std::move(next);
         }
       }
       damping = taken ? std::max(damping * kLess, kLeastDamping) : std::max(damping * kMore, kFirstDamping);
     }
-    if (fit.converged || hopeless) {
-      break;
-    }
+    over = over || (taken && settings.enough && settings.enough(fit.z));
   }
-  fit.chi2 = problem.chi2(fit.z);
+  fit.cost = at.cost;
+  fit.chi2 = at.chi2;
   return fit;
 }
 

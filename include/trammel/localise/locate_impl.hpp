@@ -38,8 +38,8 @@ class Search {
   void expect(std::size_t starts) { expected_ = static_cast<double>(starts); }
 
   /// Fits with falling barrier weights from a start that is pulled inside first; keeps the last fit. Fits are
-  /// coarse and end near a minimum known already; a last one that is near none is carried on, until it is
-  /// clear that it does not come near the best.
+  /// coarse and end as soon as they come near a minimum known already; a last one that is near none is
+  /// carried on, until it is clear that it does not come near the best.
   void descend(const Eigen::VectorXd& start, std::span<const double> weights) {
     if (observe_) {
       observe_({.phase = "searching for motions that explain the data",
@@ -49,7 +49,7 @@ class Search {
     Fit fit{.z = problem_.pull_inside(start, kStartShare, centre_)};
     for (const double mu : weights) {
       run(fit, mu, coarse());
-      if (known(fit, minima_)) {
+      if (known(fit.z, minima_)) {
         return;
       }
     }
@@ -65,7 +65,7 @@ class Search {
     std::sort(sorted.begin(), sorted.end(), [](const Fit& a, const Fit& b) { return a.cost < b.cost; });
     std::vector<Fit> result;
     for (Fit& fit : sorted) {
-      if (!known(fit, result)) {
+      if (!known(fit.z, result)) {
         result.push_back(std::move(fit));
       }
     }
@@ -81,7 +81,8 @@ class Search {
     constexpr double kDecrease = 1e-4;  // of F: a hundredth where F is as large as noise makes it
     return {.max_systems = std::min(kSystems, settings_.max_systems),
             .relative_decrease = std::max(kDecrease, settings_.relative_decrease),
-            .target = least_cost() + kDecisiveCost / 2};
+            .target = least_cost() + kDecisiveCost / 2,
+            .enough = [this](const Eigen::VectorXd& z) { return known(z, minima_); }};
   }
 
   void run(Fit& fit, double mu, const FitSettings& settings) {
@@ -97,13 +98,13 @@ class Search {
     return least;
   }
 
-  /// Whether `fit` is one of `others`.
-  [[nodiscard]] bool known(const Fit& fit, const std::vector<Fit>& others) const {
+  /// Whether z is at one of `others`.
+  [[nodiscard]] bool known(const Eigen::VectorXd& z, const std::vector<Fit>& others) const {
     constexpr double kSame_m = 3.0;
     constexpr double kSameShare = 0.05;
     return std::any_of(others.begin(), others.end(), [&](const Fit& other) {
       const double size = problem_.distance_m(other.z, Eigen::VectorXd::Zero(other.z.size()));
-      return problem_.distance_m(fit.z, other.z) < std::max(kSame_m, kSameShare * size);
+      return problem_.distance_m(z, other.z) < std::max(kSame_m, kSameShare * size);
     });
   }
 
@@ -271,9 +272,9 @@ inline Fit fit_reference(const FitProblem& problem, const Eigen::VectorXd& minim
                          const Eigen::VectorXd& centre) {
   constexpr double kStartScale = 0.9;  // away from the boundary that a weak barrier lets the minimum touch
   // To the last digits: the guarantee depends on this point to first order.
-  constexpr FitSettings kTight{.max_systems = 5000, .relative_decrease = 1e-18};
+  const FitSettings tight{.max_systems = 5000, .relative_decrease = 1e-18};
   return fit_levenberg_marquardt(problem, problem.pull_inside(kStartScale * minimum, kStartShare, centre),
-                                 kStrongBarrier, kTight);
+                                 kStrongBarrier, tight);
 }
 
 /// A motion that may be the true one.

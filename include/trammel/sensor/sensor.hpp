@@ -82,7 +82,9 @@ template <class Scalar>
 
 /// The angle in (-pi, pi] that differs from `angle_rad` by full turns.
 [[nodiscard]] inline double wrap_angle(double angle_rad) {
-  const double wrapped = std::remainder(angle_rad, 2.0 * std::numbers::pi);
+  // Most differences of angles are small, and std::remainder is slow.
+  const double wrapped =
+      std::abs(angle_rad) < std::numbers::pi ? angle_rad : std::remainder(angle_rad, 2.0 * std::numbers::pi);
   return wrapped <= -std::numbers::pi ? std::numbers::pi : wrapped;
 }
 
