@@ -133,7 +133,9 @@ void add_statement(const ReportInput& input, Json& json) {
   for (const localise::FloorTest& test : statement.floor_tests) {
     json["floor_test"].push_back({{"height_m", test.height_m},
                                   {"cost_difference", io::to_json(test.excess_cost)},
-                                  {"distance_m", io::to_json(test.distance_m)}});
+                                  {"distance_m", io::to_json(test.distance_m)},
+                                  {"reference_cost_difference", io::to_json(test.reference_excess_cost)},
+                                  {"reference_distance_m", io::to_json(test.reference_distance_m)}});
   }
   json["competing_solutions"] = Json::array();
   for (std::size_t k = 0; k < statement.competing.size(); ++k) {

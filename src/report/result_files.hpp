@@ -31,6 +31,7 @@ inline constexpr const char* kClaimCovers =
 /// linear_guarantee_rms_m, curvature_rms_m, curvature_lower_rms_m, model_error_rms_m, kappa, consistency,
 /// independence, model_error {position_m, velocity_mps, kind}, reference {method, barrier_weight,
 /// minimum_height_m, starts, linear_systems, cost, chi2, observations}, tube {factor, rms_m}, floor_test,
+/// entries {height_m, cost_difference, distance_m, reference_cost_difference, reference_distance_m},
 /// competing_solutions, proved, assumed; status is "ambiguous" where the data are.
 /// Where stations have biases: lambda_stations_m2 (one per station) and estimate.biases, entries {station,
 /// component, estimate, guaranteed_rms, semi_axis}.

@@ -16,6 +16,7 @@
 #include "io/csv.hpp"
 #include "io/replaced.hpp"
 #include "run_program.hpp"
+#include "trammel/localise/locate.hpp"
 
 namespace {
 
@@ -333,7 +334,14 @@ TEST(Estimate, AmbiguousDataAreSaidToBeAndAFloorDecides) {
     return path.number(path.rows.size() - 1, path.column("z_m"));
   };
   EXPECT_LT(end(other) * end(best), 0.0);  // one above the antenna's plane, one below
-  EXPECT_GT(open.json().at("floor_test").size(), 0U);
+  ASSERT_GT(open.json().at("floor_test").size(), 0U);
+  const io::Json test = open.json().at("floor_test")[0];
+  EXPECT_EQ(test.at("height_m"), 0.0);
+  for (const char* fits : {"", "reference_"}) {  // weak barriers, strong ones
+    EXPECT_LT(test.at(std::string(fits) + "cost_difference").get<double>(), localise::kDecisiveFloorCost)
+        << fits;
+    EXPECT_GT(test.at(std::string(fits) + "distance_m").get<double>(), 100.0) << fits;
+  }
 
   const auto floor = run_program(folder, "estimate floor.toml --bounds-only --json --truth truth.csv");
   EXPECT_EQ(floor.exit_code, 0) << floor.errors;

@@ -60,6 +60,9 @@ class FitProblem {
   /// Throws Error as assemble does, and for a scenario without observations.
   explicit FitProblem(const Scenario& scenario, std::optional<double> minimum_height_m = {});
 
+  /// The same measurements and bounds with another floor.
+  [[nodiscard]] FitProblem with_minimum_height(double height_m) const;
+
   [[nodiscard]] const TrajectoryProblem& trajectory() const noexcept { return trajectory_; }
   [[nodiscard]] const Scenario& scenario() const noexcept { return scenario_; }
   [[nodiscard]] std::optional<double> minimum_height_m() const noexcept { return minimum_height_m_; }
@@ -122,6 +125,7 @@ class FitProblem {
     sensor::Padded bias = sensor::Padded::Zero();
   };
 
+  void set_minimum_height(std::optional<double> height_m);
   [[nodiscard]] static LocalRows localise_rows(const Eigen::MatrixXd& rows);
   [[nodiscard]] Deviation unpack(const Eigen::VectorXd& z) const;
   [[nodiscard]] Sighting see(const Site& site, const Deviation& deviation) const;

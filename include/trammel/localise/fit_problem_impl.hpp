@@ -26,11 +26,9 @@ TRAMMEL_INLINE detail::NonzeroColumns detail::nonzero_columns(const Eigen::Ref<c
 }
 
 TRAMMEL_INLINE FitProblem::FitProblem(const Scenario& scenario, std::optional<double> minimum_height_m)
-    : scenario_(scenario), minimum_height_m_(minimum_height_m), trajectory_(assemble(scenario)) {
+    : scenario_(scenario), trajectory_(assemble(scenario)) {
   require(!scenario.observations.empty(), "observations", "none", "measured values to fit");
-  if (minimum_height_m && !std::isfinite(*minimum_height_m)) {
-    throw Error({"minimum_height_m", shortest(*minimum_height_m), "a finite height"});
-  }
+  set_minimum_height(minimum_height_m);
   const trajectory::SplineBasis& basis = trajectory_.coordinates.basis();
   for_each_measurement(scenario, [&](const MeasurementSite& site) {
     const Station& station = scenario.stations[site.station];
@@ -64,6 +62,19 @@ TRAMMEL_INLINE FitProblem::FitProblem(const Scenario& scenario, std::optional<do
     height_rows_.push_back(localise_rows(trajectory_.coordinates.position_rows(t).row(2)));
     height_offset_m_(j) = trajectory_.nominal.position(t).z();
   }
+}
+
+TRAMMEL_INLINE void FitProblem::set_minimum_height(std::optional<double> height_m) {
+  if (height_m && !std::isfinite(*height_m)) {
+    throw Error({"minimum_height_m", shortest(*height_m), "a finite height"});
+  }
+  minimum_height_m_ = height_m;
+}
+
+TRAMMEL_INLINE FitProblem FitProblem::with_minimum_height(double height_m) const {
+  FitProblem result = *this;
+  result.set_minimum_height(height_m);
+  return result;
 }
 
 TRAMMEL_INLINE FitProblem::LocalRows FitProblem::localise_rows(const Eigen::MatrixXd& rows) {

@@ -26,7 +26,7 @@ TRAMMEL_INLINE InteriorMotion find_interior_motion(const FitProblem& problem) {
   double lowest = problem.lowest_height_m(z);
   double floor = lowest - std::max(1.0, wanted - lowest);
   for (int round = 0; round < kRounds && lowest <= wanted && lowest - floor > kSettled; ++round) {
-    z = fit_levenberg_marquardt(FitProblem(problem.scenario(), floor), z, kNoData, {.max_systems = 200}).z;
+    z = fit_levenberg_marquardt(problem.with_minimum_height(floor), z, kNoData, {.max_systems = 200}).z;
     lowest = problem.lowest_height_m(z);
     floor += kFollow * (lowest - floor);
   }

@@ -24,6 +24,30 @@ namespace detail {
 /// Share of the ellipsoids that starts are pulled into.
 inline constexpr double kStartShare = 0.95;
 
+/// Barrier weights of a start far from any minimum ...
+inline constexpr std::array kLong{30.0, 10.0, 3.0, 1.0, 0.3, kWeakBarrier};
+/// ... and of one near the data.
+inline constexpr std::array kLast{0.3, kWeakBarrier};
+
+/// Barrier weights that fall down to `last` from where the barriers weigh as much as the misfit; none where
+/// the data are near. From afar weak barriers let the steps run into the bounds; these keep the fit away from
+/// them until it has come near the data.
+inline std::vector<double> weights_from_afar(const FitProblem& problem, const Eigen::VectorXd& start,
+                                             double last) {
+  constexpr double kFar = 100.0;  // of |r|^2 over the number of its components
+  constexpr double kFall = 0.1;
+  std::vector<double> weights;
+  const double chi2 = problem.chi2(start);
+  if (chi2 > kFar * static_cast<double>(3 * problem.scenario().observations.size())) {
+    const auto bounds = static_cast<double>(problem.trajectory().problem.ellipsoids.size());
+    for (double mu = chi2 / (2 * bounds); std::isfinite(mu) && mu > last; mu *= kFall) {
+      weights.push_back(mu);
+    }
+    weights.push_back(last);
+  }
+  return weights;
+}
+
 /// The search for minima of F with weak barriers.
 class Search {
  public:
@@ -40,18 +64,27 @@ class Search {
   /// Fits with falling barrier weights from a start that is pulled inside first; keeps the last fit. Fits are
   /// coarse and end as soon as they come near a minimum known already; a last one that is near none is
   /// carried on, until it is clear that it does not come near the best.
-  void descend(const Eigen::VectorXd& start, std::span<const double> weights) {
+  void descend(const Eigen::VectorXd& start, std::span<const double> last_weights) {
     if (observe_) {
       observe_({.phase = "searching for motions that explain the data",
                 .fraction = static_cast<double>(starts_) / expected_});
     }
     ++starts_;
     Fit fit{.z = problem_.pull_inside(start, kStartShare, centre_)};
-    for (const double mu : weights) {
-      run(fit, mu, coarse());
+    constexpr int kSoon = 8;
+    FitSettings settings = coarse();
+    settings.max_systems = std::min(kSoon, settings.max_systems);
+    std::vector<double> weights(last_weights.begin(), last_weights.end());
+    for (std::size_t k = 0; k < weights.size(); ++k) {
+      run(fit, weights[k], settings);
       if (known(fit.z, minima_)) {
         return;
       }
+      if (k == 0 && fit.systems >= settings.max_systems) {
+        const std::vector<double> heavier = weights_from_afar(problem_, fit.z, weights.front());
+        weights.insert(weights.begin() + 1, heavier.begin(), heavier.end());
+      }
+      settings = coarse();
     }
     FitSettings last = settings_;
     last.target = least_cost() + kDecisiveCost / 2;
@@ -184,7 +217,6 @@ inline std::vector<double> station_heights(const Scenario& scenario) {
 /// Starts from the path mirrored in a plane: all of it, before and after it comes closest, after thirds.
 inline void descend_from_mirrors(const FitProblem& problem, Search& search, const Eigen::VectorXd& z,
                                  double plane_m) {
-  constexpr std::array kWeights{0.3, kWeakBarrier};
   const TrajectoryProblem& trajectory = problem.trajectory();
   const trajectory::SplineBasis& basis = trajectory.coordinates.basis();
   const trajectory::QuadraticSpline<double> deviation = trajectory.coordinates.spline(z);
@@ -193,12 +225,12 @@ inline void descend_from_mirrors(const FitProblem& problem, Search& search, cons
   };
   const double closest = *std::min_element(problem.grid_s().begin(), problem.grid_s().end(),
                                            [&](double a, double b) { return gap(a) < gap(b); });
-  search.descend(mirror(problem, z, plane_m, [](double) { return true; }), kWeights);
-  search.descend(mirror(problem, z, plane_m, [&](double t) { return t < closest; }), kWeights);
+  search.descend(mirror(problem, z, plane_m, [](double) { return true; }), kLast);
+  search.descend(mirror(problem, z, plane_m, [&](double t) { return t < closest; }), kLast);
   for (const double from :
        {closest, basis.begin_s() + basis.duration_s() / 3, basis.begin_s() + basis.duration_s() / 2,
         basis.begin_s() + basis.duration_s() * 2 / 3}) {
-    search.descend(mirror(problem, z, plane_m, [&](double t) { return t >= from; }), kWeights);
+    search.descend(mirror(problem, z, plane_m, [&](double t) { return t >= from; }), kLast);
   }
 }
 
@@ -214,25 +246,8 @@ inline Eigen::VectorXd random_motion(const FitProblem& problem, RandomStream& st
   return coordinates.from_motion(theta);
 }
 
-/// Barrier weights that fall from where the barriers weigh as much as the misfit of `start`: the fit then
-/// stays away from the bounds until it has come near the data.
-inline std::vector<double> weights_from_afar(const FitProblem& problem, const Eigen::VectorXd& start,
-                                             std::span<const double> last) {
-  constexpr double kFall = 0.1;
-  std::vector<double> weights;
-  const auto bounds = static_cast<double>(problem.trajectory().problem.ellipsoids.size());
-  for (double mu = problem.chi2(start) / (2 * bounds); std::isfinite(mu) && mu > last.front(); mu *= kFall) {
-    weights.push_back(mu);
-  }
-  weights.insert(weights.end(), last.begin(), last.end());
-  return weights;
-}
-
 inline void explore(const FitProblem& problem, Search& search) {
-  constexpr double kImplausible = 100.0;  // of |r|^2 over the number of its components
-  constexpr std::array kLong{30.0, 10.0, 3.0, 1.0, 0.3, kWeakBarrier};
   constexpr std::array kShort{3.0, 1.0, 0.3, kWeakBarrier};
-  constexpr std::array kLast{0.3, kWeakBarrier};
   constexpr std::array kSigmas{-7.0, -3.0, 3.0, 7.0};
   constexpr std::size_t kMirrors = 6;
   constexpr std::size_t kRandom = 2;
@@ -240,11 +255,6 @@ inline void explore(const FitProblem& problem, Search& search) {
   search.expect(2 + 2 * kSigmas.size() + kMirrors * heights.size() + kRandom);
   search.descend(search.centre(), kLong);
   search.descend(search.centre(), kShort);
-  const auto components = static_cast<double>(3 * problem.scenario().observations.size());
-  if (search.distinct().front().chi2 > kImplausible * components) {
-    // Precise data far from the nominal path: weak barriers let the first steps run into the bounds.
-    search.descend(search.centre(), weights_from_afar(problem, search.centre(), kLong));
-  }
   const Eigen::VectorXd first = search.distinct().front().z;
   const Eigen::MatrixXd weak = weak_directions(problem, first);
   for (Eigen::Index k = 0; k < weak.cols(); ++k) {
@@ -287,7 +297,6 @@ struct Candidate {
 /// that this adds to location.floor_tests.
 inline std::vector<Candidate> floor_tests(const FitProblem& problem, Location& location,
                                           const FitSettings& settings) {
-  constexpr std::array kWeights{30.0, 10.0, 3.0, 1.0, 0.3, kWeakBarrier};
   const Fit& best = location.branches.front().minimum;
   const Fit& reference = location.branches.front().reference;
   std::vector<Candidate> result;
@@ -295,14 +304,14 @@ inline std::vector<Candidate> floor_tests(const FitProblem& problem, Location& l
     if (problem.minimum_height_m() && *problem.minimum_height_m() >= height) {
       continue;
     }
-    const FitProblem above(problem.scenario(), height);
+    const FitProblem above = problem.with_minimum_height(height);
     const InteriorMotion interior = find_interior_motion(above);
     if (!interior.z) {
       continue;
     }
     Search search(above, settings, *interior.z);
-    search.descend(*interior.z, kWeights);
-    search.descend(best.z, kWeights);
+    search.descend(best.z, kLast);  // all but there already, unless it lies below
+    search.descend(*interior.z, kLong);
     Candidate found{.minimum = search.distinct().front(), .reference = {}};
     found.reference = fit_reference(above, found.minimum.z, *interior.z);
     location.systems += search.systems();

@@ -62,25 +62,36 @@ class ErrorAt {
             .bias = middle * bias_.middleRows(local.first, local.count)};
   }
 
-  /// tau of a projection of the rows.
-  [[nodiscard]] double rms(const Eigen::Matrix3d& projection, const Rows& rows) const {
-    const MotionCoordinates::Rows3 bias = projection * rows.bias;
+  /// tau of the rows seen along the rows of `directions`, orthonormal.
+  template <int Directions>
+  [[nodiscard]] double rms(const Eigen::Matrix<double, Directions, 3>& directions, const Rows& rows) const {
+    const Eigen::Matrix<double, Directions, Eigen::Dynamic> bias = directions * rows.bias;
     double sum = 0.0;
     Eigen::Index at = 0;
     for (const Eigen::Index size : block_sizes_) {
-      Eigen::Matrix3d square = Eigen::Matrix3d::Zero();
+      Eigen::Matrix<double, Directions, Directions> square;
+      square.setZero();
       for (Eigen::Index j = at; j < at + size; ++j) {
         square += bias.col(j) * bias.col(j).transpose();
       }
-      linalg::SymmetricEigen3 eigen;
-      eigen.computeDirect(square, Eigen::EigenvaluesOnly);  // the largest one to its last digits
-      sum += std::sqrt(std::max(0.0, eigen.eigenvalues().maxCoeff()));
+      sum += std::sqrt(std::max(0.0, largest_eigenvalue(square)));
       at += size;
     }
-    return std::sqrt(sum * sum + (projection * rows.noise).squaredNorm());
+    return std::sqrt(sum * sum + (directions * rows.noise).squaredNorm());
   }
 
  private:
+  [[nodiscard]] static double largest_eigenvalue(const Eigen::Matrix3d& symmetric) {
+    linalg::SymmetricEigen3 eigen;
+    eigen.computeDirect(symmetric, Eigen::EigenvaluesOnly);  // the largest one to its last digits
+    return eigen.eigenvalues().maxCoeff();
+  }
+  [[nodiscard]] static double largest_eigenvalue(const Eigen::Matrix2d& symmetric) {
+    const double half_difference = (symmetric(0, 0) - symmetric(1, 1)) / 2;
+    return symmetric.trace() / 2 +
+           std::sqrt(half_difference * half_difference + symmetric(1, 0) * symmetric(1, 0));
+  }
+
   Eigen::MatrixXd noise_;  ///< K times an orthogonal matrix, p x m
   Eigen::MatrixXd bias_;   ///< (K A - I) D
   std::vector<Eigen::Index> block_sizes_;
@@ -133,6 +144,10 @@ inline Sights look(const Scenario& scenario, const TrajectoryProblem& problem, c
                            rows.middleCols(local.first, local.count).topRows(count).transpose();
     const Eigen::Vector3d e = sight.position_m.normalized();
     const Eigen::Matrix3d every = Eigen::Matrix3d::Identity();
+    const Eigen::Matrix<double, 2, 3> horizontal = every.topRows<2>();
+    Eigen::Matrix<double, 2, 3> across;
+    across.row(0) = e.unitOrthogonal();
+    across.row(1) = e.cross(across.row(0).transpose());
     sight.clock.acceleration_mps2 = largest_acceleration(scenario, problem, site.station);
     sight.clock.reference_mps2 = motion.acceleration_mps2.norm();
     for (Eigen::Index k = 0; k < q; ++k) {
@@ -147,8 +162,8 @@ inline Sights look(const Scenario& scenario, const TrajectoryProblem& problem, c
     const ErrorAt::Rows error_m = error.of(position);
     const bool velocity_counts = station.kind == SensorKind::kRangeRate || sight.clock.offset_s > 0.0;
     sight.tube = {.all_m = error.rms(every, error_m),
-                  .across_m = error.rms(every - e * e.transpose(), error_m),
-                  .horizontal_m = error.rms(Eigen::Vector3d(1.0, 1.0, 0.0).asDiagonal(), error_m),
+                  .across_m = error.rms(across, error_m),
+                  .horizontal_m = error.rms(horizontal, error_m),
                   .velocity_mps = velocity_counts ? error.rms(every, error.of(velocity)) : 0.0};
     result.channels += count;
     result.sights.push_back(std::move(sight));
@@ -170,8 +185,8 @@ class Channels {
       unit_.middleCols(at, sight.error_per_unit.cols()) = sight.error_per_unit;
       at += sight.error_per_unit.cols();
     }
-    if (unit_.cols() <= kMostKept) {
-      gram_ = (unit_.transpose() * unit_).cwiseAbs();
+    for (Eigen::Index first = 0; unit_.cols() <= kMostKept && first < unit_.cols(); first += kPanel) {
+      panels_.push_back(panel(first));
     }
   }
 
@@ -206,8 +221,19 @@ class Channels {
   }
 
  private:
-  /// Channels up to which |N'N| is kept for other widths (200 MB).
+  /// Channels up to which |N'N| is kept for other widths (100 MB) ...
   static constexpr Eigen::Index kMostKept = 5000;
+  /// ... as panels of so many columns.
+  static constexpr Eigen::Index kPanel = 64;
+
+  /// |unit' unit| entry by entry: the columns from `first` on, from the diagonal on.
+  [[nodiscard]] Eigen::MatrixXd panel(Eigen::Index first) const {
+    const Eigen::Index count = std::min(kPanel, unit_.cols() - first);
+    Eigen::MatrixXd result(unit_.cols() - first, count);
+    result.noalias() = unit_.rightCols(result.rows()).transpose() * unit_.middleCols(first, count);
+    result = result.cwiseAbs();
+    return result;
+  }
 
   [[nodiscard]] static Eigen::VectorXd widths(const Sights& sights,
                                               const std::vector<sensor::Padded>& half_width) {
@@ -223,18 +249,23 @@ class Channels {
 
   [[nodiscard]] double upper(const Eigen::VectorXd& width, double largest) const {
     double sum = 0.0;
-    if (gram_.size() > 0) {
-      sum = width.dot(gram_ * width);
-    } else {
-      for (Eigen::Index k = 0; k < unit_.cols(); ++k) {
-        sum += width(k) * width.dot((unit_.transpose() * unit_.col(k)).cwiseAbs());
+    const auto add = [&](Eigen::Index first, const Eigen::MatrixXd& panel) {
+      const Eigen::VectorXd rows = panel * width.segment(first, panel.cols());
+      sum += width.segment(first, panel.cols()).dot(rows.head(panel.cols())) +
+             2 * width.tail(panel.rows() - panel.cols()).dot(rows.tail(panel.rows() - panel.cols()));
+    };
+    for (Eigen::Index first = 0; first < unit_.cols(); first += kPanel) {
+      if (panels_.empty()) {
+        add(first, panel(first));
+      } else {
+        add(first, panels_[static_cast<std::size_t>(first / kPanel)]);
       }
     }
     return std::sqrt(std::min(sum, static_cast<double>(width.size()) * std::max(0.0, largest)));
   }
 
-  Eigen::MatrixXd unit_;  ///< C K L^-1
-  Eigen::MatrixXd gram_;  ///< |unit' unit| entry by entry; empty above kMostKept
+  Eigen::MatrixXd unit_;                 ///< C K L^-1
+  std::vector<Eigen::MatrixXd> panels_;  ///< each `panel`; none above kMostKept
 };
 
 /// The remainder of one measurement at the radii scale * tau.
