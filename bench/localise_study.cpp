@@ -3,7 +3,8 @@
 // estimators, and what a search costs.
 //
 //   localise_study manoeuvre [draws]
-//   localise_study flights DIRECTORY [windows per flight]
+//   localise_study flights DIRECTORY [windows per flight] [set-up]: bounds from the flight's statistics
+//   localise_study suggested DIRECTORY [windows per flight] [set-up]: bounds from the measurements
 //   localise_study cost
 #include <array>
 #include <chrono>
@@ -24,6 +25,7 @@
 #include "trammel/core/random.hpp"
 #include "trammel/estimate/simulate_measurements.hpp"
 #include "trammel/localise/locate.hpp"
+#include "trammel/localise/suggest.hpp"
 #include "trammel/minimax/solve.hpp"
 #include "trammel/problem/zoo.hpp"
 
@@ -166,6 +168,11 @@ struct SetUp {
   bool angles;
 };
 
+/// Without angles the stations' plane is a floor: the path mirrored in it has the same ranges.
+std::optional<double> floor_of(const SetUp& set_up) {
+  return set_up.angles ? std::nullopt : std::optional<double>(0.0);
+}
+
 std::vector<SetUp> set_ups() {
   const Instrument coarse{SensorKind::kAzimuthElevationRange, 15, 1.5e-3};
   const Instrument fine{SensorKind::kAzimuthElevationRange, 3, 2e-4};
@@ -237,7 +244,7 @@ Scenario make_scenario(const Window& window, const SetUp& set_up, double segment
 constexpr std::array kSegments_s{1.0, 2.0, 3.0, 4.0, 5.0, 10.0};
 
 /// Shorter segments than that many in a window gain little and cost much.
-constexpr double kMostSegments = 75.0;
+constexpr double kMostSegments = 150.0;
 
 /// The length whose linear guarantee plus model error, before any measurement, is least: what a user can
 /// know.
@@ -264,7 +271,13 @@ double choose_segment(const Window& window, const SetUp& set_up, const RandomStr
   return chosen;
 }
 
-void study_flights(const std::string& directory, int windows) {
+/// Where a user takes bounds and segment length from.
+enum class Knowledge {
+  kFlight,  ///< quantiles of the flight's accelerations and jerk, and the guarantee before any measurement
+  kData,    ///< suggest_segments on the measurements themselves
+};
+
+void study_flights(const std::string& directory, int windows, std::size_t only, Knowledge knowledge) {
   const std::vector<study::Flight> flights = study::all_flights(directory);
   std::printf("| flight | 1.5 x 99 %% acceleration, m/s^2 | 99 %% jerk, m/s^3 |\n|---|---|---|\n");
   for (const study::Flight& flight : flights) {
@@ -272,15 +285,19 @@ void study_flights(const std::string& directory, int windows) {
                 flight.acceleration_mps2.y(), flight.acceleration_mps2.z(), flight.jerk_mps3);
   }
   std::printf(
-      "\n| set-up | windows | segments s | actual, stated medians m | g_lin, curvature, model medians m | Q "
+      "\n| set-up | windows | segments s | acceleration bound, jerk over the flight's | actual, stated "
+      "medians m | g_lin, curvature, model medians m | Q "
       "of g_lin, Q | cover, worst | stated/actual | ambiguous, no bound | Gauss-Markov | least squares | "
       "smoother, velocity | smoother, acceleration "
-      "|\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+      "|\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   constexpr std::array kDurations_s{60.0, 120.0, 180.0, 240.0, 300.0};
   for (std::size_t s = 0; s < set_ups().size(); ++s) {
+    if (only > 0 && s + 1 != only) {
+      continue;
+    }
     const SetUp set_up = set_ups()[s];
     Tally all, linear, gauss_markov, least_squares, velocity, acceleration;
-    std::vector<double> g_lin, beta, model, segments;
+    std::vector<double> g_lin, beta, model, segments, accelerations, jerks;
     int ambiguous = 0;
     int unbounded = 0;
     int infeasible = 0;
@@ -293,17 +310,32 @@ void study_flights(const std::string& directory, int windows) {
         window.duration_s = kDurations_s[static_cast<std::size_t>(w) % kDurations_s.size()];
         const double free = flights[f].path.end_s() - flights[f].path.begin_s() - window.duration_s;
         window.begin_s = flights[f].path.begin_s() + free * stream.uniform();
-        if (!segment_for.contains(window.duration_s)) {
-          segment_for[window.duration_s] = choose_segment(window, set_up, stream);
+        double T = 10.0;
+        double jerk_mps3 = flights[f].jerk_mps3;
+        if (knowledge == Knowledge::kFlight) {
+          if (!segment_for.contains(window.duration_s)) {
+            segment_for[window.duration_s] = choose_segment(window, set_up, stream);
+          }
+          T = segment_for[window.duration_s];
         }
-        const double T = segment_for[window.duration_s];
         Scenario scenario = make_scenario(window, set_up, T, stream);
         scenario.observations = estimate::simulate_measurements(scenario, window, 1000000 * (s + 1) + place);
-        localise::LocateSettings settings;
-        settings.model_error = localise::model_error_from_jerk(flights[f].jerk_mps3, T);
-        if (!set_up.angles) {
-          settings.minimum_height_m = 0.0;
+        if (knowledge == Knowledge::kData) {
+          localise::SuggestSettings ask;
+          ask.minimum_height_m = floor_of(set_up);
+          const localise::Suggestion suggestion = localise::suggest_segments(scenario, ask);
+          const localise::LengthTrial& best = suggestion.trials[suggestion.best];
+          T = best.segment_s;
+          jerk_mps3 = suggestion.jerk_mps3;
+          scenario.knots_s = equally_spaced(0.0, window.duration_s, T);
+          scenario.bounds.acceleration_mps2.assign(scenario.segments(), best.acceleration_mps2);
         }
+        accelerations.push_back(scenario.bounds.acceleration_mps2.front().norm() /
+                                flights[f].acceleration_mps2.norm());
+        jerks.push_back(jerk_mps3 / flights[f].jerk_mps3);
+        localise::LocateSettings settings;
+        settings.model_error = localise::model_error_from_jerk(jerk_mps3, T);
+        settings.minimum_height_m = floor_of(set_up);
         const localise::Location found = localise::locate(scenario, settings);
         if (found.branches.empty()) {
           ++infeasible;
@@ -352,13 +384,14 @@ void study_flights(const std::string& directory, int windows) {
       return std::string(text.data());
     };
     std::printf(
-        "| %s | %zu | %.0f (%.0f to %.0f) | %.3g, %.3g | %.3g, %.3g, %.3g | %.2f, %.2f | %.2f, %.2f | "
+        "| %s | %zu | %.0f (%.0f to %.0f) | %.2f, %.2f | %.3g, %.3g | %.3g, %.3g, %.3g | %.2f, %.2f | %.2f, "
+        "%.2f | "
         "%.2f | %d, %d | %s | %s | %s | %s |\n",
         set_up.name, all.count(), quantile(segments, 0.5), quantile(segments, 0.0), quantile(segments, 1.0),
-        all.actual(), all.stated(), quantile(g_lin, 0.5), quantile(beta, 0.5), quantile(model, 0.5),
-        linear.Q(), all.Q(), all.cover(), all.worst(), all.looseness(), ambiguous, unbounded + infeasible,
-        show(gauss_markov).c_str(), show(least_squares).c_str(), show(velocity).c_str(),
-        show(acceleration).c_str());
+        quantile(accelerations, 0.5), quantile(jerks, 0.5), all.actual(), all.stated(), quantile(g_lin, 0.5),
+        quantile(beta, 0.5), quantile(model, 0.5), linear.Q(), all.Q(), all.cover(), all.worst(),
+        all.looseness(), ambiguous, unbounded + infeasible, show(gauss_markov).c_str(),
+        show(least_squares).c_str(), show(velocity).c_str(), show(acceleration).c_str());
     std::fflush(stdout);
   }
 }
@@ -407,13 +440,17 @@ int main(int argc, char** argv) {
   const std::string_view what = argc > 1 ? argv[1] : "";
   if (what == "manoeuvre") {
     study_manoeuvre(argc > 2 ? std::atoi(argv[2]) : 1000);
-  } else if (what == "flights" && argc > 2) {
-    study_flights(argv[2], argc > 3 ? std::atoi(argv[3]) : 10);
+  } else if ((what == "flights" || what == "suggested") && argc > 2) {
+    study_flights(argv[2], argc > 3 ? std::atoi(argv[3]) : 10,
+                  argc > 4 ? static_cast<std::size_t>(std::atoi(argv[4])) : 0,
+                  what == "flights" ? Knowledge::kFlight : Knowledge::kData);
   } else if (what == "cost") {
     study_cost();
   } else {
     std::fprintf(stderr,
-                 "localise_study manoeuvre [draws] | flights DIRECTORY [windows per flight] | cost\n");
+                 "localise_study manoeuvre [draws] | flights|suggested DIRECTORY [windows per flight] "
+                 "[set-up, 1 to 12] | "
+                 "cost\n");
     return 2;
   }
   return 0;

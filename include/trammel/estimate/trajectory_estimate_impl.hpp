@@ -16,7 +16,6 @@
 #include "trammel/estimate/pointwise_guarantee.hpp"
 #include "trammel/estimate/trajectory_estimate.hpp"
 #include "trammel/linalg/double_double.hpp"
-#include "trammel/linalg/qr.hpp"
 #include "trammel/linalg/svd.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::estimate {
@@ -76,33 +75,6 @@ inline std::vector<std::string> direction_words(const MotionCoordinates& coordin
 }
 
 }  // namespace detail
-
-TRAMMEL_INLINE std::optional<GaussMarkov> gauss_markov(const TrajectoryProblem& problem) {
-  const Eigen::MatrixXd& F = problem.problem.information_factor;
-  const Eigen::Index p = problem.problem.parameters();
-  if (F.rows() < p) {
-    return std::nullopt;
-  }
-  Eigen::VectorXd scale = F.colwise().norm().transpose();
-  if (!(scale.minCoeff() > 0.0)) {
-    return std::nullopt;
-  }
-  scale = scale.cwiseInverse().eval();
-  const linalg::PivotedQr qr(F * scale.asDiagonal());
-  if (qr.rank() < p) {
-    return std::nullopt;
-  }
-  // tr S J^-1 = |C D P R^-1|^2 with F D P = Q R.
-  const Eigen::MatrixXd criterion =
-      problem.problem.criterion_factor * scale.asDiagonal() * qr.colsPermutation();
-  const Eigen::MatrixXd R = qr.matrixQR().topRows(p).triangularView<Eigen::Upper>();
-  GaussMarkov result;
-  result.rms_m = R.transpose().triangularView<Eigen::Lower>().solve(criterion.transpose()).norm();
-  if (problem.information_rhs.size() > 0) {
-    result.z = scale.asDiagonal() * qr.solve(problem.information_rhs);
-  }
-  return result;
-}
 
 TRAMMEL_INLINE TrajectoryEstimate evaluate_solution(const Scenario& scenario,
                                                     const TrajectoryProblem& problem,
