@@ -241,7 +241,7 @@ Scenario make_scenario(const Window& window, const SetUp& set_up, double segment
 }
 
 /// The lengths tried for segments.
-constexpr std::array kSegments_s{1.0, 2.0, 3.0, 4.0, 5.0, 10.0};
+constexpr std::array kSegments_s{10.0, 5.0, 4.0, 3.0, 2.0, 1.0};
 
 /// Shorter segments than that many in a window gain little and cost much.
 constexpr double kMostSegments = 150.0;
@@ -249,11 +249,12 @@ constexpr double kMostSegments = 150.0;
 /// The length whose linear guarantee plus model error, before any measurement, is least: what a user can
 /// know.
 double choose_segment(const Window& window, const SetUp& set_up, const RandomStream& stream) {
+  constexpr double kSmall = 0.05;  // of the guarantee: shorter segments cannot gain more
   double best = std::numeric_limits<double>::infinity();
-  double chosen = kSegments_s.back();
+  double chosen = kSegments_s.front();
   for (const double T : kSegments_s) {
     if (window.duration_s / T > kMostSegments) {
-      continue;
+      break;
     }
     RandomStream same = stream;
     Scenario scenario = make_scenario(window, set_up, T, same);
@@ -261,11 +262,14 @@ double choose_segment(const Window& window, const SetUp& set_up, const RandomStr
     const localise::FitProblem problem(scenario);
     const localise::StatedValue stated =
         localise::state(problem, Eigen::VectorXd::Zero(problem.parameters()),
-                        localise::model_error_from_jerk(window.flight->jerk_mps3, T));
+                        localise::model_error_from_jerk(window.flight->jerk_mps3, T), {.relative_gap = 1e-4});
     const double value = stated.linear_guarantee_rms_m + stated.model_error_rms_m;
     if (value < best) {
       best = value;
       chosen = T;
+    }
+    if (stated.model_error_rms_m < kSmall * stated.linear_guarantee_rms_m) {
+      break;
     }
   }
   return chosen;

@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <limits>
+#include <span>
 
 #include <Eigen/Core>
 
@@ -40,6 +41,15 @@ struct Fit {
 /// Throws Error unless `start` is strictly inside.
 [[nodiscard]] Fit fit_levenberg_marquardt(const FitProblem& problem, const Eigen::VectorXd& start, double mu,
                                           const FitSettings& settings = {});
+
+/// Fits one after the other with falling barrier weights, each from where the one before ended. Where the
+/// first does not settle soon and the data are far, heavier weights come between: there weak barriers let the
+/// steps run into the bounds; weights that fall from where the barriers weigh as much as the misfit keep the
+/// fit away from them until it has come near the data. Ends early where settings.enough holds. The fit
+/// returned is the last one, its `systems` are those of all.
+[[nodiscard]] Fit fit_with_falling_barriers(const FitProblem& problem, const Eigen::VectorXd& start,
+                                            std::span<const double> weights,
+                                            const FitSettings& settings = {});
 
 }  // namespace trammel::inline TRAMMEL_ABI::localise
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include "trammel/core/error.hpp"
 #include "trammel/linalg/cholesky.hpp"
@@ -22,6 +23,24 @@ inline double measure_decrement(const Quadratic& at, Fit& fit) {
   fit.decrement = undamped.info() == Eigen::Success ? at.gradient.dot(undamped.solve(at.gradient)) / 2
                                                     : std::numeric_limits<double>::infinity();
   return fit.decrement;
+}
+
+/// Barrier weights that fall down to `last` from where the barriers weigh as much as the misfit; none where
+/// the data are near. From afar weak barriers let the steps run into the bounds; these keep the fit away from
+/// them until it has come near the data.
+inline std::vector<double> weights_from_afar(const FitProblem& problem, const Eigen::VectorXd& start,
+                                             double last) {
+  constexpr double kFar = 100.0;  // of |r|^2 over the number of its components
+  constexpr double kFall = 0.1;
+  std::vector<double> weights;
+  const double chi2 = problem.chi2(start);
+  if (chi2 > kFar * static_cast<double>(3 * problem.scenario().observations.size())) {
+    const auto bounds = static_cast<double>(problem.trajectory().problem.ellipsoids.size());
+    for (double mu = chi2 / (2 * bounds); std::isfinite(mu) && mu > last; mu *= kFall) {
+      weights.push_back(mu);
+    }
+  }
+  return weights;
 }
 
 }  // namespace detail
@@ -80,6 +99,33 @@ TRAMMEL_INLINE Fit fit_levenberg_marquardt(const FitProblem& problem, const Eige
   }
   fit.cost = at.cost;
   fit.chi2 = at.chi2;
+  return fit;
+}
+
+TRAMMEL_INLINE Fit fit_with_falling_barriers(const FitProblem& problem, const Eigen::VectorXd& start,
+                                             std::span<const double> weights, const FitSettings& settings) {
+  require(!weights.empty(), "weights", "none", "barrier weights");
+  constexpr int kSoon = 8;
+  std::vector<double> all(weights.begin(), weights.end());
+  Fit fit{.z = start};
+  int systems = 0;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    FitSettings now = settings;
+    if (k == 0) {
+      now.max_systems = std::min(kSoon, settings.max_systems);
+    }
+    fit = fit_levenberg_marquardt(problem, fit.z, all[k], now);
+    systems += fit.systems;
+    if (settings.enough && settings.enough(fit.z)) {
+      break;
+    }
+    if (k == 0 && !fit.converged && fit.systems >= now.max_systems) {
+      std::vector<double> heavier = detail::weights_from_afar(problem, fit.z, all.front());
+      heavier.push_back(all.front());
+      all.insert(all.begin() + 1, heavier.begin(), heavier.end());
+    }
+  }
+  fit.systems = systems;
   return fit;
 }
 

@@ -29,25 +29,6 @@ inline constexpr std::array kLong{30.0, 10.0, 3.0, 1.0, 0.3, kWeakBarrier};
 /// ... and of one near the data.
 inline constexpr std::array kLast{0.3, kWeakBarrier};
 
-/// Barrier weights that fall down to `last` from where the barriers weigh as much as the misfit; none where
-/// the data are near. From afar weak barriers let the steps run into the bounds; these keep the fit away from
-/// them until it has come near the data.
-inline std::vector<double> weights_from_afar(const FitProblem& problem, const Eigen::VectorXd& start,
-                                             double last) {
-  constexpr double kFar = 100.0;  // of |r|^2 over the number of its components
-  constexpr double kFall = 0.1;
-  std::vector<double> weights;
-  const double chi2 = problem.chi2(start);
-  if (chi2 > kFar * static_cast<double>(3 * problem.scenario().observations.size())) {
-    const auto bounds = static_cast<double>(problem.trajectory().problem.ellipsoids.size());
-    for (double mu = chi2 / (2 * bounds); std::isfinite(mu) && mu > last; mu *= kFall) {
-      weights.push_back(mu);
-    }
-    weights.push_back(last);
-  }
-  return weights;
-}
-
 /// The search for minima of F with weak barriers.
 class Search {
  public:
@@ -64,31 +45,22 @@ class Search {
   /// Fits with falling barrier weights from a start that is pulled inside first; keeps the last fit. Fits are
   /// coarse and end as soon as they come near a minimum known already; a last one that is near none is
   /// carried on, until it is clear that it does not come near the best.
-  void descend(const Eigen::VectorXd& start, std::span<const double> last_weights) {
+  void descend(const Eigen::VectorXd& start, std::span<const double> weights) {
     if (observe_) {
       observe_({.phase = "searching for motions that explain the data",
                 .fraction = static_cast<double>(starts_) / expected_});
     }
     ++starts_;
-    Fit fit{.z = problem_.pull_inside(start, kStartShare, centre_)};
-    constexpr int kSoon = 8;
-    FitSettings settings = coarse();
-    settings.max_systems = std::min(kSoon, settings.max_systems);
-    std::vector<double> weights(last_weights.begin(), last_weights.end());
-    for (std::size_t k = 0; k < weights.size(); ++k) {
-      run(fit, weights[k], settings);
-      if (known(fit.z, minima_)) {
-        return;
-      }
-      if (k == 0 && fit.systems >= settings.max_systems) {
-        const std::vector<double> heavier = weights_from_afar(problem_, fit.z, weights.front());
-        weights.insert(weights.begin() + 1, heavier.begin(), heavier.end());
-      }
-      settings = coarse();
+    Fit fit = fit_with_falling_barriers(problem_, problem_.pull_inside(start, kStartShare, centre_), weights,
+                                        coarse());
+    systems_ += fit.systems;
+    if (known(fit.z, minima_)) {
+      return;
     }
     FitSettings last = settings_;
     last.target = least_cost() + kDecisiveCost / 2;
-    run(fit, weights.back(), last);
+    fit = fit_levenberg_marquardt(problem_, fit.z, weights.back(), last);
+    systems_ += fit.systems;
     minima_.push_back(std::move(fit));
   }
 
@@ -116,11 +88,6 @@ class Search {
             .relative_decrease = std::max(kDecrease, settings_.relative_decrease),
             .target = least_cost() + kDecisiveCost / 2,
             .enough = [this](const Eigen::VectorXd& z) { return known(z, minima_); }};
-  }
-
-  void run(Fit& fit, double mu, const FitSettings& settings) {
-    fit = fit_levenberg_marquardt(problem_, fit.z, mu, settings);
-    systems_ += fit.systems;
   }
 
   [[nodiscard]] double least_cost() const {

@@ -351,10 +351,11 @@ inline std::optional<double> fixed_point(const Sights& sights, const Channels& c
 /// interval than the one asked for keeps its digits. Only where that costs a few iterations.
 inline minimax::Solution solve_tightly(const minimax::MethodChoice& method, const GuaranteedProblem& problem,
                                        const minimax::SolverSettings& asked) {
-  constexpr double kNarrow = 1e-10;
+  constexpr double kNarrower = 1e-2;
+  constexpr double kNarrowest = 1e-10;
   minimax::SolverSettings tight = asked;
   if (method.method == minimax::RequestedMethod::kStructured) {
-    tight.relative_gap = std::min(asked.relative_gap, kNarrow);
+    tight.relative_gap = std::min(asked.relative_gap, std::max(kNarrower * asked.relative_gap, kNarrowest));
   }
   minimax::Solution solution = minimax::solve_with(method, problem, tight);
   if (solution.status != SolveStatus::kUnbounded && solution.relative_gap() <= asked.relative_gap) {

@@ -22,12 +22,12 @@ namespace trammel::inline TRAMMEL_ABI::localise {
 /// Settings of suggest_segments.
 struct SuggestSettings {
   std::vector<double> lengths_s = {};  ///< lengths to try; empty: 1, 2, 3, 5, 7 times powers of ten that fit
-  int max_segments = 40;               ///< shorter lengths are not tried
+  int max_segments = 150;              ///< shorter lengths are not tried
   double quantile = 0.99;              ///< of the accelerations and of the jerk that the bounds cover
   double margin = 1.5;                 ///< bounds over that quantile
   std::optional<double> minimum_height_m = {};
   FitSettings fit = {};
-  minimax::SolverSettings solver = {};
+  minimax::SolverSettings solver = {.relative_gap = 1e-5};  ///< lengths are compared: few digits do
 };
 
 /// One segment length tried.

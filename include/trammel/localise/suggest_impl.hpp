@@ -151,34 +151,49 @@ class AccelerationModel {
     log_determinant_ = 2 * Eigen::MatrixXd(cholesky.matrixL()).diagonal().array().log().sum();
   }
 
+  /// The variances that one step of expectation and maximisation makes of those given, as logarithms of the
+  /// deviations (horizontal, vertical).
+  [[nodiscard]] Eigen::Vector2d improve(const Eigen::Vector2d& log_deviation) {
+    constexpr double kLeast_mps2 = 1e-6;  // a straight flight: the iteration would end at zero
+    for (Eigen::Index k = 0; k < spread_.size(); ++k) {
+      if (is_acceleration(k)) {
+        spread_(k) = std::exp(log_deviation(is_vertical(k) ? 1 : 0));
+      }
+    }
+    condition();
+    Eigen::Vector2d square = Eigen::Vector2d::Zero();
+    Eigen::Vector2d count = Eigen::Vector2d::Zero();
+    for (Eigen::Index k = 0; k < spread_.size(); ++k) {
+      if (is_acceleration(k)) {
+        const Eigen::Index group = is_vertical(k) ? 1 : 0;
+        square(group) += mean_(k) * mean_(k) + covariance_(k, k);
+        count(group) += 1.0;
+      }
+    }
+    return square.cwiseQuotient(count).cwiseSqrt().cwiseMax(kLeast_mps2).array().log();
+  }
+
+  /// Steps of expectation and maximisation, extrapolated two by two (Varadhan and Roland 2008, scheme S3):
+  /// where the data say little about the accelerations plain steps hardly move.
   void maximise() {
     constexpr double kFirst_mps2 = 3.0;
-    constexpr double kLeast_mps2 = 1e-6;  // a straight flight: the iteration would end at zero
-    constexpr double kSettled = 1e-3;     // relative change of the deviations
-    constexpr int kSteps = 200;
-    Eigen::Vector2d deviation = Eigen::Vector2d::Constant(kFirst_mps2);
-    for (int step = 0; step < kSteps; ++step) {
-      for (Eigen::Index k = 0; k < spread_.size(); ++k) {
-        if (is_acceleration(k)) {
-          spread_(k) = deviation(is_vertical(k) ? 1 : 0);
-        }
-      }
-      condition();
-      Eigen::Vector2d square = Eigen::Vector2d::Zero();
-      Eigen::Vector2d count = Eigen::Vector2d::Zero();
-      for (Eigen::Index k = 0; k < spread_.size(); ++k) {
-        if (is_acceleration(k)) {
-          const Eigen::Index group = is_vertical(k) ? 1 : 0;
-          square(group) += mean_(k) * mean_(k) + covariance_(k, k);
-          count(group) += 1.0;
-        }
-      }
-      const Eigen::Vector2d next = square.cwiseQuotient(count).cwiseSqrt().cwiseMax(kLeast_mps2);
-      const bool settled = ((next - deviation).cwiseAbs().array() <= kSettled * deviation.array()).all();
-      if (settled) {
+    constexpr double kSettled = 1e-3;  // of the deviations, left to go
+    constexpr double kFarthest = 3.0;  // of their logarithms, in one extrapolation
+    constexpr int kRounds = 40;
+    Eigen::Vector2d at = Eigen::Vector2d::Constant(std::log(kFirst_mps2));
+    for (int round = 0; round < kRounds; ++round) {
+      const Eigen::Vector2d first = improve(at);
+      const Eigen::Vector2d step = first - at;
+      const Eigen::Vector2d second = improve(first);
+      const Eigen::Vector2d bend = second - first - step;
+      const double length = bend.norm() > 0.0
+                                ? std::max(1.0, std::min(step.norm() / bend.norm(), kFarthest / step.norm()))
+                                : 1.0;
+      const Eigen::Vector2d next = at + 2 * length * step + length * length * bend;
+      if ((next - at).cwiseAbs().maxCoeff() <= kSettled) {
         break;
       }
-      deviation = next;
+      at = next;
     }
   }
 
@@ -220,10 +235,9 @@ TRAMMEL_INLINE Suggestion suggest_segments(const Scenario& scenario, const Sugge
     constexpr double kWide_mps2 = 100.0;
     const FitProblem problem(detail::on_segments(scenario, segments, Eigen::Vector3d::Constant(kWide_mps2)),
                              settings.minimum_height_m);
-    Fit fit{.z = require_interior_motion(problem)};
-    for (const double mu : {30.0, 10.0, 3.0, 1.0}) {
-      fit = fit_levenberg_marquardt(problem, fit.z, mu, settings.fit);
-    }
+    constexpr std::array kWeights{30.0, 10.0, 3.0, 1.0};
+    const Fit fit =
+        fit_with_falling_barriers(problem, require_interior_motion(problem), kWeights, settings.fit);
     LengthTrial trial;
     trial.segments = segments;
     trial.segment_s = duration / static_cast<double>(segments);
