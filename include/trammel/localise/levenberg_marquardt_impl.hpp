@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "trammel/core/error.hpp"
 #include "trammel/linalg/cholesky.hpp"
@@ -27,22 +28,18 @@ inline double measure_decrement(const Quadratic& at, Fit& fit) {
 
 TRAMMEL_INLINE Fit fit_levenberg_marquardt(const FitProblem& problem, const Eigen::VectorXd& start, double mu,
                                            const FitSettings& settings) {
-  constexpr double kFirstDamping = 1e-4;
   constexpr double kLess = 0.1;
   constexpr double kMore = 4.0;
-  constexpr double kLeastDamping = 1e-15;
-  constexpr double kMostDamping = 1e12;
-  constexpr double kShorten = 0.7;
-  constexpr double kHopeful = 0.01;
-  constexpr double kRounding = 1e-13;  // of F: smaller changes say nothing
+  using detail::kFirstDamping;
+  using detail::kMostDamping;
   Fit fit{.z = start};
   fit.cost = problem.cost(start, mu);
   require(std::isfinite(fit.cost), "start", "a point outside the bounds", "a point strictly inside");
   double damping = kFirstDamping;
   while (fit.systems < settings.max_systems && damping < kMostDamping) {
     const Quadratic at = problem.expand(fit.z, mu);
-    const double slack = kRounding * (1 + std::abs(fit.cost));
-    const double enough = settings.relative_decrease * (1 + std::abs(fit.cost));
+    const double slack = detail::rounding_slack(fit.cost);
+    const double enough = detail::enough(settings, fit.cost);
     const Eigen::VectorXd diagonal = at.hessian.diagonal().cwiseMax(std::numeric_limits<double>::min());
     bool taken = false;
     bool hopeless = false;
@@ -59,13 +56,11 @@ TRAMMEL_INLINE Fit fit_levenberg_marquardt(const FitProblem& problem, const Eige
           fit.converged = true;
           break;
         }
-        hopeless = damping <= kFirstDamping && promised < kHopeful * (fit.cost - settings.target);
+        hopeless = detail::hopeless(settings, fit.cost, promised, damping);
         if (hopeless) {
           break;
         }
-        while (!problem.inside(fit.z + step) && step.norm() > 0.0) {
-          step *= kShorten;
-        }
+        step = detail::shortened(problem, fit.z, std::move(step));
         const double cost = problem.cost(fit.z + step, mu);
         // Near the minimum F cannot tell any more; there the step itself is right.
         taken = cost < fit.cost || (promised < slack && cost <= fit.cost + slack);
@@ -75,7 +70,8 @@ TRAMMEL_INLINE Fit fit_levenberg_marquardt(const FitProblem& problem, const Eige
           fit.decrement = promised;
         }
       }
-      damping = taken ? std::max(damping * kLess, kLeastDamping) : std::max(damping * kMore, kFirstDamping);
+      damping =
+          taken ? std::max(damping * kLess, detail::kLeastDamping) : std::max(damping * kMore, kFirstDamping);
     }
     if (fit.converged || hopeless) {
       break;
