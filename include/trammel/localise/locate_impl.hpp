@@ -28,9 +28,13 @@ inline constexpr double kStartShare = 0.95;
 class Search {
  public:
   /// `centre`: strictly inside.
-  Search(const FitProblem& problem, const FitSettings& settings, Eigen::VectorXd centre,
+  Search(const FitProblem& problem, const LocateSettings& settings, Eigen::VectorXd centre,
          const ProgressObserver& observe = {})
-      : problem_(problem), settings_(settings), centre_(std::move(centre)), observe_(observe) {}
+      : problem_(problem),
+        settings_(settings.fit),
+        minimise_(settings.minimise),
+        centre_(std::move(centre)),
+        observe_(observe) {}
 
   [[nodiscard]] const Eigen::VectorXd& centre() const { return centre_; }
 
@@ -85,7 +89,7 @@ class Search {
   }
 
   void run(Fit& fit, double mu, const FitSettings& settings) {
-    fit = fit_levenberg_marquardt(problem_, fit.z, mu, settings);
+    fit = minimise_(problem_, fit.z, mu, settings);
     systems_ += fit.systems;
   }
 
@@ -109,6 +113,7 @@ class Search {
 
   const FitProblem& problem_;
   FitSettings settings_;
+  Minimiser minimise_;
   Eigen::VectorXd centre_;
   ProgressObserver observe_;
   double expected_ = 1.0;
@@ -268,12 +273,12 @@ inline double free_cost(const FitProblem& problem, const Fit& fit, double mu) {
 
 /// The fit that a linearisation is made about, from a fit with weak barriers.
 inline Fit fit_reference(const FitProblem& problem, const Eigen::VectorXd& minimum,
-                         const Eigen::VectorXd& centre) {
+                         const Eigen::VectorXd& centre, const Minimiser& minimise) {
   constexpr double kStartScale = 0.9;  // away from the boundary that a weak barrier lets the minimum touch
   // To the last digits: the guarantee depends on this point to first order.
   constexpr FitSettings kTight{.max_systems = 5000, .relative_decrease = 1e-18};
-  return fit_levenberg_marquardt(problem, problem.pull_inside(kStartScale * minimum, kStartShare, centre),
-                                 kStrongBarrier, kTight);
+  return minimise(problem, problem.pull_inside(kStartScale * minimum, kStartShare, centre), kStrongBarrier,
+                  kTight);
 }
 
 /// A motion that may be the true one.
@@ -285,7 +290,7 @@ struct Candidate {
 /// The fits confined above each station's plane that the floor does not exclude already, one for each entry
 /// that this adds to location.floor_tests.
 inline std::vector<Candidate> floor_tests(const FitProblem& problem, Location& location,
-                                          const FitSettings& settings) {
+                                          const LocateSettings& settings) {
   constexpr std::array kWeights{30.0, 10.0, 3.0, 1.0, 0.3, kWeakBarrier};
   const Fit& best = location.branches.front().minimum;
   const Fit& reference = location.branches.front().reference;
@@ -295,7 +300,7 @@ inline std::vector<Candidate> floor_tests(const FitProblem& problem, Location& l
       continue;
     }
     const FitProblem above(problem.scenario(), height);
-    const InteriorMotion interior = find_interior_motion(above);
+    const InteriorMotion interior = find_interior_motion(above, settings.minimise);
     if (!interior.z) {
       continue;
     }
@@ -303,7 +308,7 @@ inline std::vector<Candidate> floor_tests(const FitProblem& problem, Location& l
     search.descend(*interior.z, kWeights);
     search.descend(best.z, kWeights);
     Candidate found{.minimum = search.distinct().front(), .reference = {}};
-    found.reference = fit_reference(above, found.minimum.z, *interior.z);
+    found.reference = fit_reference(above, found.minimum.z, *interior.z, settings.minimise);
     location.systems += search.systems();
     location.starts += search.starts();
     const auto excess = [&](const Fit& fit, const Fit& free, double mu) {
@@ -328,29 +333,31 @@ class Locator {
       : problem_(problem), stated_on_(stated_on), settings_(settings), observe_(observe) {}
 
   [[nodiscard]] Location run() {
-    const InteriorMotion interior = find_interior_motion(problem_);
+    const InteriorMotion interior = find_interior_motion(problem_, settings_.minimise);
     result_.lowest_height_m = interior.lowest_height_m;
     if (!interior.z) {
       return std::move(result_);
     }
     centre_ = *interior.z;
-    Search search(problem_, settings_.fit, centre_, observe_);
+    Search search(problem_, settings_, centre_, observe_);
     explore(problem_, search);
     result_.starts = search.starts();
     result_.systems = search.systems();
     const std::vector<Fit> minima = search.distinct();
     result_.status = LocateStatus::kUnique;
     const Fit best = minima.front();
-    add_branch({.minimum = best, .reference = fit_reference(problem_, best.z, centre_)}, 0.0, 0.0);
+    add_branch({.minimum = best, .reference = fit_reference(problem_, best.z, centre_, settings_.minimise)},
+               0.0, 0.0);
     for (std::size_t k = 1; k < minima.size(); ++k) {
       const double excess = 2 * (minima[k].cost - best.cost);
       const double distance = problem_.distance_m(minima[k].z, best.z);
       if (competes(excess, distance, kDecisiveCost)) {
-        add_branch({.minimum = minima[k], .reference = fit_reference(problem_, minima[k].z, centre_)}, excess,
-                   distance);
+        add_branch({.minimum = minima[k],
+                    .reference = fit_reference(problem_, minima[k].z, centre_, settings_.minimise)},
+                   excess, distance);
       }
     }
-    std::vector<Candidate> confined = floor_tests(problem_, result_, settings_.fit);
+    std::vector<Candidate> confined = floor_tests(problem_, result_, settings_);
     for (std::size_t k = 0; k < confined.size(); ++k) {
       const FloorTest& test = result_.floor_tests[k];
       if (competes(test.excess_cost, test.distance_m, kDecisiveFloorCost)) {

@@ -220,9 +220,9 @@ TRAMMEL_INLINE Suggestion suggest_segments(const Scenario& scenario, const Sugge
     constexpr double kWide_mps2 = 100.0;
     const FitProblem problem(detail::on_segments(scenario, segments, Eigen::Vector3d::Constant(kWide_mps2)),
                              settings.minimum_height_m);
-    Fit fit{.z = require_interior_motion(problem)};
+    Fit fit{.z = require_interior_motion(problem, settings.minimise)};
     for (const double mu : {30.0, 10.0, 3.0, 1.0}) {
-      fit = fit_levenberg_marquardt(problem, fit.z, mu, settings.fit);
+      fit = settings.minimise(problem, fit.z, mu, settings.fit);
     }
     LengthTrial trial;
     trial.segments = segments;
@@ -249,8 +249,8 @@ TRAMMEL_INLINE Suggestion suggest_segments(const Scenario& scenario, const Sugge
     constexpr double kInside = 0.9;
     const Eigen::VectorXd start =
         problem.pull_inside(problem.trajectory().coordinates.from_motion(theta[i], biases[i]), kInside,
-                            require_interior_motion(problem));
-    const Fit fit = fit_levenberg_marquardt(problem, start, kWeakBarrier, settings.fit);
+                            require_interior_motion(problem, settings.minimise));
+    const Fit fit = settings.minimise(problem, start, kWeakBarrier, settings.fit);
     const Eigen::MatrixXd J = problem.expand(fit.z, 0.0).hessian;
     const linalg::Cholesky posterior(problem.expand(fit.z, kWeakBarrier).hessian);
     Eigen::Index values = 0;
@@ -259,7 +259,7 @@ TRAMMEL_INLINE Suggestion suggest_segments(const Scenario& scenario, const Sugge
     }
     trial.chi2 = fit.chi2;
     trial.degrees = static_cast<double>(values) - posterior.solve(J).trace();
-    const Fit strong = fit_levenberg_marquardt(problem, fit.z, kStrongBarrier, settings.fit);
+    const Fit strong = settings.minimise(problem, fit.z, kStrongBarrier, settings.fit);
     const StatedValue stated = state(problem, strong.z, trial.model_error, settings.solver);
     trial.linear_rms_m = stated.linear_guarantee_rms_m;
     trial.curvature_rms_m = stated.curvature_rms_m;
