@@ -251,6 +251,16 @@ TEST(FitProblem, HasTheDerivativesOfItsCost) {
   }
 }
 
+// Undamped steps overshoot here, by less than F resolves.
+TEST(FitLevenbergMarquardt, SettlesToTheLastDigits) {
+  const localise::FitProblem fit(test::errant_scenario(), 0.0);
+  const Eigen::VectorXd zero = Eigen::VectorXd::Zero(fit.parameters());
+  const localise::Fit coarse = localise::fit_levenberg_marquardt(fit, zero, 30.0);
+  const localise::Fit fine = localise::fit_levenberg_marquardt(fit, coarse.z, kReferenceWeight, kTight);
+  EXPECT_TRUE(fine.converged);
+  EXPECT_LT(fine.systems, 1000);
+}
+
 TEST(FitProblem, PullsBiasesInside) {
   const localise::FitProblem fit(test::errant_scenario(), 0.0);
   const MotionCoordinates& coordinates = fit.trajectory().coordinates;

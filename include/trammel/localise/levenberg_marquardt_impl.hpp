@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "trammel/core/error.hpp"
@@ -36,8 +37,10 @@ TRAMMEL_INLINE Fit fit_levenberg_marquardt(const FitProblem& problem, const Eige
   fit.cost = problem.cost(start, mu);
   require(std::isfinite(fit.cost), "start", "a point outside the bounds", "a point strictly inside");
   double damping = kFirstDamping;
+  std::optional<Quadratic> next;  // at the point of the last step where it is known
   while (fit.systems < settings.max_systems && damping < kMostDamping) {
-    const Quadratic at = problem.expand(fit.z, mu);
+    const Quadratic at = next ? *std::move(next) : problem.expand(fit.z, mu);
+    next.reset();
     const double slack = detail::rounding_slack(fit.cost);
     const double enough = detail::enough(settings, fit.cost);
     const Eigen::VectorXd diagonal = at.hessian.diagonal().cwiseMax(std::numeric_limits<double>::min());
@@ -62,12 +65,18 @@ TRAMMEL_INLINE Fit fit_levenberg_marquardt(const FitProblem& problem, const Eige
         }
         step = detail::shortened(problem, fit.z, std::move(step));
         const double cost = problem.cost(fit.z + step, mu);
-        // Near the minimum F cannot tell any more; there the step itself is right.
-        taken = cost < fit.cost || (promised < slack && cost <= fit.cost + slack);
+        Fit there{.z = fit.z + step, .cost = cost, .decrement = promised, .systems = fit.systems};
+        taken = cost < fit.cost;
+        if (promised < slack && std::isfinite(cost)) {
+          // Rounding hides what such steps change in F, not what they change in the decrement.
+          next = problem.expand(there.z, mu);
+          taken = detail::measure_decrement(*next, there) < fit.decrement;
+        }
+        fit.systems = there.systems;
         if (taken) {
-          fit.z += step;
-          fit.cost = cost;
-          fit.decrement = promised;
+          fit = std::move(there);
+        } else {
+          next.reset();
         }
       }
       damping =
