@@ -188,6 +188,44 @@ TEST(CeresFitProblem, ComesFromAfarInSilence) {
   }
 }
 
+/// The turn seen by two radars with 3 m and 0.2 mrad.
+Scenario precise_turn() {
+  Scenario scenario = test::turn_scenario();
+  scenario.bounds.acceleration_mps2.assign(12, {12, 12, 1});
+  for (const double x_m : {0.0, 30000.0}) {
+    scenario.stations.push_back({.name = x_m > 0.0 ? "east" : "west",
+                                 .kind = SensorKind::kAzimuthElevationRange,
+                                 .position_m = {x_m, 0, 0},
+                                 .covariance = Eigen::Vector3d(4e-8, 4e-8, 9).asDiagonal(),
+                                 .times_s = test::seconds(0, 61)});
+  }
+  test::observe(scenario, test::turn, 1.0);
+  return scenario;
+}
+
+// The first steps end next to the bounds; a trust region that took that for a fault of the model would hardly
+// move any more.
+TEST(CeresFitProblem, LeavesTheBoundsThatItRanInto) {
+  const localise::FitProblem problem(precise_turn());
+  const Eigen::VectorXd zero = Eigen::VectorXd::Zero(problem.parameters());
+  int settled = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    SCOPED_TRACE(seed);
+    RandomStream stream(seed);
+    Eigen::VectorXd far(problem.trajectory().coordinates.all_parameters());
+    for (double& place : far) {
+      place = 1000.0 * stream.sign();
+    }
+    const Eigen::VectorXd start =
+        problem.pull_inside(problem.trajectory().coordinates.from_motion(far), 0.95, zero);
+    const localise::Fit built_in = localise::fit_levenberg_marquardt(problem, start, 3.0);
+    const localise::Fit ceres = localise::fit_ceres(problem, start, 3.0, {.max_systems = 300});
+    settled += ceres.converged ? 1 : 0;
+    EXPECT_NEAR(ceres.cost, built_in.cost, 1e-6 * built_in.cost);
+  }
+  EXPECT_GE(settled, 18);
+}
+
 /// A scenario of up to three stations of all kinds, with or without biases and floor, and its observations.
 Case random_case(std::uint64_t seed) {
   RandomStream stream(seed);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <ceres/ceres.h>
 #include <Eigen/Core>
@@ -30,16 +31,15 @@ namespace detail {
 /// parameter 1 (Nesterov, Nemirovskii, 1994, section 2.3). Without `rest` half the sum of squares is the
 /// decrement g'H^-1 g/2, which tells steps apart where rounding hides what they change in F.
 ///
-/// A step that leaves the bounds is shortened until strictly inside. Ceres takes it as made in full: its
-/// variable x and the deviation z = x + shift part there. (A ceres::Manifold can say the same, but has Ceres
-/// multiply every Jacobian by a matrix of p x p.)
+/// A step that leaves the bounds is evaluated where it is shortened until strictly inside. Where Ceres takes
+/// it, it has to begin anew from there. (A ceres::Manifold could shorten it, but has Ceres multiply every
+/// Jacobian by a matrix of p x p, and Ceres would take the bounds for a fault of the model.)
 class FitResidual final : public ::ceres::CostFunction {
  public:
   /// Throws Error unless `start` is strictly inside.
   FitResidual(const FitProblem& problem, double mu, const Eigen::VectorXd& start)
       : problem_(problem), mu_(mu) {
     at_.z = start;
-    shift_ = Eigen::VectorXd::Zero(start.size());
     at_.cost = problem.cost(start, mu);
     require(std::isfinite(at_.cost), "start", "a point outside the bounds", "a point strictly inside");
     const auto size = static_cast<int>(problem.parameters());
@@ -48,29 +48,28 @@ class FitResidual final : public ::ceres::CostFunction {
     const TrajectoryProblem& trajectory = problem.trajectory();
     constant_ = mu * static_cast<double>(trajectory.problem.ellipsoids.size()) / 2;
     if (problem.minimum_height_m()) {
-      constexpr double kRise =
-          10.0;  // ln of how many times as far above the floor as the start a path may be
+      constexpr double kRise = 10.0;  // the path may come e^10 times as far above the floor as it starts
       const double floor = at_.cost - problem.chi2(start) / 2 - mu * problem.ellipsoid_barrier(start);
       constant_ += mu * static_cast<double>(trajectory.coordinates.basis().coefficients()) * (0.5 + kRise) +
                    std::max(0.0, -floor);
     }
   }
 
-  /// From now on the squares are those of the decrement. Begin at x = at().z.
-  void descend_by_decrement() {
-    by_decrement_ = true;
-    shift_.setZero();
-  }
+  /// From now on the squares are those of the decrement.
+  void descend_by_decrement() { by_decrement_ = true; }
   [[nodiscard]] bool by_decrement() const { return by_decrement_; }
   /// The last point whose derivatives Ceres asked for, which is where it stands; `systems` counts
   /// factorisations.
   [[nodiscard]] const Fit& at() const { return at_; }
+  /// Whether the step there was shortened: Ceres stands elsewhere.
+  [[nodiscard]] bool shortened_step() const { return shortened_step_; }
 
   /// False, which Ceres takes as a step too long, where F is infinite.
   bool Evaluate(const double* const* parameters, double* residuals, double** jacobians) const override {
     const Eigen::Index size = problem_.parameters();
     const Eigen::Map<const Eigen::VectorXd> x(parameters[0], size);
-    const Eigen::VectorXd z = at_.z + shortened(problem_, at_.z, x + shift_ - at_.z);
+    const Eigen::VectorXd step = shortened(problem_, at_.z, x - at_.z);
+    const Eigen::VectorXd z = at_.z + step;
     Eigen::Map<Eigen::VectorXd> f(residuals, size + 1);
     f.setZero();
     if (jacobians == nullptr && !by_decrement_) {
@@ -89,10 +88,10 @@ class FitResidual final : public ::ceres::CostFunction {
       Eigen::Map<RowMajor> J(jacobians[0], size + 1, size);
       J.topRows(size) = factor_;
       J.row(size).setZero();
+      shortened_step_ = step != x - at_.z;
       at_.z = z;
       at_.cost = cost_;
       at_.decrement = definite_ ? squares / 2 : std::numeric_limits<double>::infinity();
-      shift_ = z - x;
     }
     return true;
   }
@@ -140,7 +139,7 @@ class FitResidual final : public ::ceres::CostFunction {
   bool by_decrement_ = false;
   // Ceres evaluates without changing its functions; what it asked for last is kept here.
   mutable Fit at_;
-  mutable Eigen::VectorXd shift_;
+  mutable bool shortened_step_ = false;
   mutable Eigen::VectorXd factored_at_;
   mutable double cost_ = 0.0;
   mutable Eigen::MatrixXd factor_;
@@ -157,12 +156,16 @@ class FitWatch final : public ::ceres::IterationCallback {
   ::ceres::CallbackReturnType operator()(const ::ceres::IterationSummary& now) override {
     using enum ::ceres::CallbackReturnType;
     const Fit& at = residual_.at();
+    const double radius = std::exchange(radius_, now.trust_region_radius);
     if (now.step_is_successful) {
       converged_ = at.decrement <= enough(settings_, at.cost);
-      const double damping = 1 / now.trust_region_radius;
-      given_up_ = !converged_ && hopeless(settings_, at.cost, at.decrement, damping);
+      constexpr double kUndamped = 0.0;
+      given_up_ = !converged_ && hopeless(settings_, at.cost, at.decrement, kUndamped);
       const bool rounded = !residual_.by_decrement() && at.decrement <= rounding_slack(at.cost);
-      if (converged_ || given_up_ || rounded) {
+      if (residual_.shortened_step()) {
+        radius_ = std::min(radius / kLess, 1 / kLeastDamping);
+      }
+      if (converged_ || given_up_ || rounded || residual_.shortened_step()) {
         return SOLVER_TERMINATE_SUCCESSFULLY;
       }
     }
@@ -172,13 +175,17 @@ class FitWatch final : public ::ceres::IterationCallback {
   /// After a descent of so many linear systems.
   void add(int systems) { solved_ += systems; }
 
+  /// What the next descent begins with: after a shortened step as the built-in method goes on.
+  [[nodiscard]] double radius() const { return radius_; }
   [[nodiscard]] bool converged() const { return converged_; }
-  [[nodiscard]] bool given_up() const { return given_up_; }
+  /// Converged, given up or spent.
+  [[nodiscard]] bool ended() const { return converged_ || given_up_ || systems() >= settings_.max_systems; }
   [[nodiscard]] int systems() const { return solved_ + residual_.at().systems; }
 
  private:
   const FitResidual& residual_;
   const FitSettings& settings_;
+  double radius_ = 1 / kFirstDamping;
   int solved_ = 0;
   bool converged_ = false;
   bool given_up_ = false;
@@ -190,9 +197,10 @@ inline ::ceres::Solver::Options ceres_options(FitWatch& watch, const FitSettings
   options.minimizer_type = ::ceres::TRUST_REGION;
   options.trust_region_strategy_type = ::ceres::LEVENBERG_MARQUARDT;
   options.linear_solver_type = ::ceres::DENSE_NORMAL_CHOLESKY;
-  options.initial_trust_region_radius = 1 / kFirstDamping;
+  options.initial_trust_region_radius = watch.radius();
   options.max_trust_region_radius = 1 / kLeastDamping;
   options.min_trust_region_radius = 1 / kMostDamping;
+  options.min_relative_decrease = 0.0;
   options.min_lm_diagonal = std::numeric_limits<double>::min();
   options.max_num_iterations = settings.max_systems;
   options.max_num_consecutive_invalid_steps = settings.max_systems;
@@ -206,33 +214,32 @@ inline ::ceres::Solver::Options ceres_options(FitWatch& watch, const FitSettings
 
 }  // namespace detail
 
-/// The same minimum as fit_levenberg_marquardt finds, by the trust region method of the Ceres Solver
-/// (Agarwal, Mierle and others): F and its derivatives are handed over as one block of residuals
-/// (detail::FitResidual), steps that leave the bounds or the floor are refused. The search falls back on the
-/// decrement where F cannot tell any more. Stops and throws as fit_levenberg_marquardt does; `systems` counts
-/// the linear systems that Ceres solved and the factorisations that they are made from.
+/// Minimises F(., mu) from `start` by the trust region method of the Ceres Solver (Agarwal, Mierle and
+/// others, version 2.1), with the Hessian and the stopping rules of fit_levenberg_marquardt: the same minimum
+/// where there is only one nearby. Steps are shortened until strictly inside the bounds and above the floor;
+/// where F cannot tell steps apart any more the decrement does. Prints nothing. `systems` counts the systems
+/// that Ceres solves and the factorisations that it is given. Throws Error unless `start` is strictly inside.
 [[nodiscard]] inline Fit fit_ceres(const FitProblem& problem, const Eigen::VectorXd& start, double mu,
                                    const FitSettings& settings = {}) {
   detail::FitResidual residual(problem, mu, start);
   detail::FitWatch watch(residual, settings);
-  const ::ceres::Solver::Options options = detail::ceres_options(watch, settings);
   ::ceres::Problem::Options kept;
   kept.cost_function_ownership = ::ceres::DO_NOT_TAKE_OWNERSHIP;
   ::ceres::Problem descent(kept);
-  Eigen::VectorXd z = start;
-  descent.AddResidualBlock(&residual, nullptr, z.data());
-  const auto run = [&] {
-    z = residual.at().z;
-    ::ceres::Solver::Summary summary;
-    ::ceres::Solve(options, &descent, &summary);
-    watch.add(std::max(0, summary.num_linear_solves));
-  };
-  run();
+  Eigen::VectorXd x = start;
+  descent.AddResidualBlock(&residual, nullptr, x.data());
   const Fit& at = residual.at();
-  const double slack = detail::rounding_slack(at.cost);
-  if (!watch.converged() && !watch.given_up() && at.decrement <= slack) {
-    residual.descend_by_decrement();
-    run();
+  bool again = true;
+  while (again) {
+    x = at.z;
+    ::ceres::Solver::Summary summary;
+    ::ceres::Solve(detail::ceres_options(watch, settings), &descent, &summary);
+    watch.add(std::max(0, summary.num_linear_solves));
+    again = !watch.ended() && residual.shortened_step();
+    if (!watch.ended() && !residual.by_decrement() && at.decrement <= detail::rounding_slack(at.cost)) {
+      residual.descend_by_decrement();
+      again = true;
+    }
   }
   Fit fit = residual.at();
   fit.chi2 = problem.chi2(fit.z);

@@ -46,6 +46,9 @@ inline constexpr double kFirstDamping = 1e-4;
 inline constexpr double kLeastDamping = 1e-15;
 inline constexpr double kMostDamping = 1e12;
 
+/// What a step that was taken does to the damping.
+inline constexpr double kLess = 0.1;
+
 /// The decrement at which a fit has converged.
 inline double enough(const FitSettings& settings, double cost) {
   return settings.relative_decrease * (1 + std::abs(cost));

@@ -29,7 +29,6 @@ inline double measure_decrement(const Quadratic& at, Fit& fit) {
 
 TRAMMEL_INLINE Fit fit_levenberg_marquardt(const FitProblem& problem, const Eigen::VectorXd& start, double mu,
                                            const FitSettings& settings) {
-  constexpr double kLess = 0.1;
   constexpr double kMore = 4.0;
   using detail::kFirstDamping;
   using detail::kMostDamping;
@@ -79,8 +78,8 @@ TRAMMEL_INLINE Fit fit_levenberg_marquardt(const FitProblem& problem, const Eige
           next.reset();
         }
       }
-      damping =
-          taken ? std::max(damping * kLess, detail::kLeastDamping) : std::max(damping * kMore, kFirstDamping);
+      damping = taken ? std::max(damping * detail::kLess, detail::kLeastDamping)
+                      : std::max(damping * kMore, kFirstDamping);
     }
     if (fit.converged || hopeless) {
       break;
