@@ -311,7 +311,7 @@ void study_flights(const std::string& directory, int windows, std::size_t only, 
         const auto place = static_cast<std::uint64_t>(1000 * f + static_cast<std::size_t>(w));
         RandomStream stream(s + 1, place);
         Window window{.flight = &flights[f]};
-        window.duration_s = kDurations_s[static_cast<std::size_t>(w) % kDurations_s.size()];
+        window.duration_s = kDurations_s[(static_cast<std::size_t>(w) + f) % kDurations_s.size()];
         const double free = flights[f].path.end_s() - flights[f].path.begin_s() - window.duration_s;
         window.begin_s = flights[f].path.begin_s() + free * stream.uniform();
         double T = 10.0;

@@ -103,4 +103,55 @@ inline Scenario turn_by_ranges() {
   return scenario;
 }
 
+/// The descent seen from a station that moves and errs, in direction cosines and range and in range rate.
+inline Scenario errant_scenario() {
+  Scenario scenario = descent_scenario(1, 1);
+  Station& station = scenario.stations[0];
+  station.track = {.times_s = {0.0, 40.0, 70.0}, .positions_m = {{0, 0, 0}, {90, 30, 0}, {90, 150, 40}}};
+  station.bias = {.components = Eigen::VectorXd{{0.004, 0.0, 80.0}}, .time_s = 0.3};
+  scenario.stations.push_back({.name = "doppler",
+                               .kind = SensorKind::kRangeRate,
+                               .position_m = {3000, -2000, 10},
+                               .covariance = Eigen::MatrixXd::Constant(1, 1, 0.5),
+                               .times_s = {},
+                               .bias = {.components = Eigen::VectorXd::Ones(1), .time_s = 0.2}});
+  for (const double t : {5.5, 33.3, 61.1}) {
+    scenario.observations.push_back(
+        {.t_s = t, .station = 1, .value = Eigen::VectorXd::Constant(1, 250.0), .covariance = {}});
+  }
+  return scenario;
+}
+
+/// Once around in 251 s, 5 m/s^2.
+inline Eigen::Vector3d circle(double t) {
+  constexpr double kSpeed_mps = 200.0;
+  constexpr double kRadius_m = 8000.0;
+  const double angle = t * (kSpeed_mps / kRadius_m);
+  return {20000.0 + kRadius_m * std::sin(angle), 15000.0 + kRadius_m * (1.0 - std::cos(angle)), 9000.0};
+}
+
+/// The circle seen with 3 m and 0.2 mrad, hardly less bent than the bounds allow and at its end 48 km from
+/// the straight nominal path.
+inline Scenario circle_by_radars() {
+  constexpr int kSegments = 60;
+  Scenario scenario;
+  for (int i = 0; i <= kSegments; ++i) {
+    scenario.knots_s.push_back(4.0 * i);
+  }
+  scenario.nominal.position_m = {20030, 14980, 9010};
+  scenario.nominal.velocity_mps = {198, 3, 1};
+  scenario.bounds = {.position_m = Eigen::Vector3d::Constant(100),
+                     .velocity_mps = Eigen::Vector3d::Constant(10),
+                     .acceleration_mps2 = std::vector<Eigen::Vector3d>(kSegments, {5.1, 5.1, 0.3})};
+  for (const double x_m : {0.0, 30000.0}) {
+    scenario.stations.push_back({.name = x_m > 0.0 ? "east" : "west",
+                                 .kind = SensorKind::kAzimuthElevationRange,
+                                 .position_m = {x_m, 0, 0},
+                                 .covariance = Eigen::Vector3d(4e-8, 4e-8, 9).asDiagonal(),
+                                 .times_s = seconds(0, 240)});
+  }
+  observe(scenario, circle, 0.0);
+  return scenario;
+}
+
 }  // namespace trammel::test

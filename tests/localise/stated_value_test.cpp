@@ -221,27 +221,8 @@ INSTANTIATE_TEST_SUITE_P(Localise, ReferenceCase,
                                               {81.4660997, 43.227902, 113.397985}}),
                          [](const auto& tested) { return tested.param.name; });
 
-/// The descent seen from a station that moves and errs, in direction cosines and range and in range rate.
-Scenario errant_scenario() {
-  Scenario scenario = test::descent_scenario(1, 1);
-  Station& station = scenario.stations[0];
-  station.track = {.times_s = {0.0, 40.0, 70.0}, .positions_m = {{0, 0, 0}, {90, 30, 0}, {90, 150, 40}}};
-  station.bias = {.components = Eigen::VectorXd{{0.004, 0.0, 80.0}}, .time_s = 0.3};
-  scenario.stations.push_back({.name = "doppler",
-                               .kind = SensorKind::kRangeRate,
-                               .position_m = {3000, -2000, 10},
-                               .covariance = Eigen::MatrixXd::Constant(1, 1, 0.5),
-                               .times_s = {},
-                               .bias = {.components = Eigen::VectorXd::Ones(1), .time_s = 0.2}});
-  for (const double t : {5.5, 33.3, 61.1}) {
-    scenario.observations.push_back(
-        {.t_s = t, .station = 1, .value = Eigen::VectorXd::Constant(1, 250.0), .covariance = {}});
-  }
-  return scenario;
-}
-
 TEST(FitProblem, HasTheDerivativesOfItsCost) {
-  for (const Scenario& scenario : {test::descent_scenario(1, 1), errant_scenario()}) {
+  for (const Scenario& scenario : {test::descent_scenario(1, 1), test::errant_scenario()}) {
     const localise::FitProblem fit(scenario, 0.0);
     const Eigen::VectorXd theta = Eigen::VectorXd::Constant(27, 3.0);
     const auto q = static_cast<Eigen::Index>(bias_parameters(scenario).size());
@@ -270,8 +251,18 @@ TEST(FitProblem, HasTheDerivativesOfItsCost) {
   }
 }
 
+// Undamped steps overshoot here, by less than F resolves.
+TEST(FitLevenbergMarquardt, SettlesToTheLastDigits) {
+  const localise::FitProblem fit(test::errant_scenario(), 0.0);
+  const Eigen::VectorXd zero = Eigen::VectorXd::Zero(fit.parameters());
+  const localise::Fit coarse = localise::fit_levenberg_marquardt(fit, zero, 30.0);
+  const localise::Fit fine = localise::fit_levenberg_marquardt(fit, coarse.z, kReferenceWeight, kTight);
+  EXPECT_TRUE(fine.converged);
+  EXPECT_LT(fine.systems, 1000);
+}
+
 TEST(FitProblem, PullsBiasesInside) {
-  const localise::FitProblem fit(errant_scenario(), 0.0);
+  const localise::FitProblem fit(test::errant_scenario(), 0.0);
   const MotionCoordinates& coordinates = fit.trajectory().coordinates;
   const Eigen::VectorXd biases = Eigen::VectorXd::Constant(5, 0.1);
   const Eigen::VectorXd wide = coordinates.from_motion(Eigen::VectorXd::Zero(27), biases);

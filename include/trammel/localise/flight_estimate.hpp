@@ -24,6 +24,7 @@ struct FlightSettings {
   std::optional<double> minimum_height_m;  ///< see LocateSettings
   ModelError model_error;
   FitSettings fit;
+  Minimiser minimise = fit_levenberg_marquardt;  ///< see LocateSettings
   bool relinearise = true;  ///< about a path fitted to the data; otherwise about the reference path
   /// Each half of the scans (every second one of a station) is linearised about the path fitted to the other
   /// half; the estimate is the mean of the two.

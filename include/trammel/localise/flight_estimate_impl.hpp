@@ -22,6 +22,7 @@ inline LocateSettings locate_settings(const FlightSettings& settings) {
   return {.minimum_height_m = settings.minimum_height_m,
           .model_error = settings.model_error,
           .fit = settings.fit,
+          .minimise = settings.minimise,
           .solver = settings.estimate.solver,
           .method = settings.estimate.method};
 }

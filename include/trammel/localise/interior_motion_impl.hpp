@@ -8,11 +8,10 @@
 
 #include "trammel/core/error.hpp"
 #include "trammel/localise/interior_motion.hpp"
-#include "trammel/localise/levenberg_marquardt.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::localise {
 
-TRAMMEL_INLINE InteriorMotion find_interior_motion(const FitProblem& problem) {
+TRAMMEL_INLINE InteriorMotion find_interior_motion(const FitProblem& problem, const Minimiser& minimise) {
   const Eigen::VectorXd zero = Eigen::VectorXd::Zero(problem.parameters());
   if (problem.inside(zero)) {
     return {.z = zero, .lowest_height_m = problem.lowest_height_m(zero)};
@@ -26,7 +25,7 @@ TRAMMEL_INLINE InteriorMotion find_interior_motion(const FitProblem& problem) {
   double lowest = problem.lowest_height_m(z);
   double floor = lowest - std::max(1.0, wanted - lowest);
   for (int round = 0; round < kRounds && lowest <= wanted && lowest - floor > kSettled; ++round) {
-    z = fit_levenberg_marquardt(problem.with_minimum_height(floor), z, kNoData, {.max_systems = 200}).z;
+    z = minimise(problem.with_minimum_height(floor), z, kNoData, {.max_systems = 200}).z;
     lowest = problem.lowest_height_m(z);
     floor += kFollow * (lowest - floor);
   }
@@ -37,8 +36,8 @@ TRAMMEL_INLINE InteriorMotion find_interior_motion(const FitProblem& problem) {
   return result;
 }
 
-TRAMMEL_INLINE Eigen::VectorXd require_interior_motion(const FitProblem& problem) {
-  const InteriorMotion found = find_interior_motion(problem);
+TRAMMEL_INLINE Eigen::VectorXd require_interior_motion(const FitProblem& problem, const Minimiser& minimise) {
+  const InteriorMotion found = find_interior_motion(problem, minimise);
   if (!found.z) {
     refuse_floor(*problem.minimum_height_m(), found.lowest_height_m);
   }

@@ -12,6 +12,7 @@
 
 #include "trammel/core/config.hpp"
 #include "trammel/core/progress.hpp"
+#include "trammel/localise/fit.hpp"
 #include "trammel/localise/fit_problem.hpp"
 #include "trammel/localise/levenberg_marquardt.hpp"
 #include "trammel/localise/stated_value.hpp"
@@ -25,6 +26,7 @@ struct LocateSettings {
   std::optional<double> minimum_height_m;  ///< the path stays above it; excludes mirrored solutions
   ModelError model_error;
   FitSettings fit;
+  Minimiser minimise = fit_levenberg_marquardt;  ///< makes all fits
   minimax::SolverSettings solver;
   minimax::MethodChoice method;
 };

@@ -14,6 +14,7 @@
 #include "trammel/core/random.hpp"
 #include "trammel/linalg/cholesky.hpp"
 #include "trammel/linalg/symmetric_eigen.hpp"
+#include "trammel/localise/falling_barriers.hpp"
 #include "trammel/localise/interior_motion.hpp"
 #include "trammel/localise/locate.hpp"
 
@@ -33,9 +34,13 @@ inline constexpr std::array kLast{0.3, kWeakBarrier};
 class Search {
  public:
   /// `centre`: strictly inside.
-  Search(const FitProblem& problem, const FitSettings& settings, Eigen::VectorXd centre,
+  Search(const FitProblem& problem, const LocateSettings& settings, Eigen::VectorXd centre,
          const ProgressObserver& observe = {})
-      : problem_(problem), settings_(settings), centre_(std::move(centre)), observe_(observe) {}
+      : problem_(problem),
+        settings_(settings.fit),
+        minimise_(settings.minimise),
+        centre_(std::move(centre)),
+        observe_(observe) {}
 
   [[nodiscard]] const Eigen::VectorXd& centre() const { return centre_; }
 
@@ -52,14 +57,14 @@ class Search {
     }
     ++starts_;
     Fit fit = fit_with_falling_barriers(problem_, problem_.pull_inside(start, kStartShare, centre_), weights,
-                                        coarse());
+                                        minimise_, coarse());
     systems_ += fit.systems;
     if (known(fit.z, minima_)) {
       return;
     }
     FitSettings last = settings_;
     last.target = least_cost() + kDecisiveCost / 2;
-    fit = fit_levenberg_marquardt(problem_, fit.z, weights.back(), last);
+    fit = minimise_(problem_, fit.z, weights.back(), last);
     systems_ += fit.systems;
     minima_.push_back(std::move(fit));
   }
@@ -87,7 +92,7 @@ class Search {
     return {.max_systems = std::min(kSystems, settings_.max_systems),
             .relative_decrease = std::max(kDecrease, settings_.relative_decrease),
             .target = least_cost() + kDecisiveCost / 2,
-            .enough = [this](const Eigen::VectorXd& z) { return known(z, minima_); }};
+            .stop = [this](const Eigen::VectorXd& z) { return known(z, minima_); }};
   }
 
   [[nodiscard]] double least_cost() const {
@@ -110,6 +115,7 @@ class Search {
 
   const FitProblem& problem_;
   FitSettings settings_;
+  Minimiser minimise_;
   Eigen::VectorXd centre_;
   ProgressObserver observe_;
   double expected_ = 1.0;
@@ -246,12 +252,12 @@ inline double free_cost(const FitProblem& problem, const Fit& fit, double mu) {
 
 /// The fit that a linearisation is made about, from a fit with weak barriers.
 inline Fit fit_reference(const FitProblem& problem, const Eigen::VectorXd& minimum,
-                         const Eigen::VectorXd& centre) {
+                         const Eigen::VectorXd& centre, const Minimiser& minimise) {
   constexpr double kStartScale = 0.9;  // away from the boundary that a weak barrier lets the minimum touch
   // To the last digits: the guarantee depends on this point to first order.
   const FitSettings tight{.max_systems = 5000, .relative_decrease = 1e-18};
-  return fit_levenberg_marquardt(problem, problem.pull_inside(kStartScale * minimum, kStartShare, centre),
-                                 kStrongBarrier, tight);
+  return minimise(problem, problem.pull_inside(kStartScale * minimum, kStartShare, centre), kStrongBarrier,
+                  tight);
 }
 
 /// A motion that may be the true one.
@@ -263,7 +269,7 @@ struct Candidate {
 /// The fits confined above each station's plane that the floor does not exclude already, one for each entry
 /// that this adds to location.floor_tests.
 inline std::vector<Candidate> floor_tests(const FitProblem& problem, Location& location,
-                                          const FitSettings& settings) {
+                                          const LocateSettings& settings) {
   const Fit& best = location.branches.front().minimum;
   const Fit& reference = location.branches.front().reference;
   std::vector<Candidate> result;
@@ -272,7 +278,7 @@ inline std::vector<Candidate> floor_tests(const FitProblem& problem, Location& l
       continue;
     }
     const FitProblem above = problem.with_minimum_height(height);
-    const InteriorMotion interior = find_interior_motion(above);
+    const InteriorMotion interior = find_interior_motion(above, settings.minimise);
     if (!interior.z) {
       continue;
     }
@@ -280,7 +286,7 @@ inline std::vector<Candidate> floor_tests(const FitProblem& problem, Location& l
     search.descend(best.z, kLast);  // all but there already, unless it lies below
     search.descend(*interior.z, kLong);
     Candidate found{.minimum = search.distinct().front(), .reference = {}};
-    found.reference = fit_reference(above, found.minimum.z, *interior.z);
+    found.reference = fit_reference(above, found.minimum.z, *interior.z, settings.minimise);
     location.systems += search.systems();
     location.starts += search.starts();
     const auto excess = [&](const Fit& fit, const Fit& free, double mu) {
@@ -305,29 +311,31 @@ class Locator {
       : problem_(problem), stated_on_(stated_on), settings_(settings), observe_(observe) {}
 
   [[nodiscard]] Location run() {
-    const InteriorMotion interior = find_interior_motion(problem_);
+    const InteriorMotion interior = find_interior_motion(problem_, settings_.minimise);
     result_.lowest_height_m = interior.lowest_height_m;
     if (!interior.z) {
       return std::move(result_);
     }
     centre_ = *interior.z;
-    Search search(problem_, settings_.fit, centre_, observe_);
+    Search search(problem_, settings_, centre_, observe_);
     explore(problem_, search);
     result_.starts = search.starts();
     result_.systems = search.systems();
     const std::vector<Fit> minima = search.distinct();
     result_.status = LocateStatus::kUnique;
     const Fit best = minima.front();
-    add_branch({.minimum = best, .reference = fit_reference(problem_, best.z, centre_)}, 0.0, 0.0);
+    add_branch({.minimum = best, .reference = fit_reference(problem_, best.z, centre_, settings_.minimise)},
+               0.0, 0.0);
     for (std::size_t k = 1; k < minima.size(); ++k) {
       const double excess = 2 * (minima[k].cost - best.cost);
       const double distance = problem_.distance_m(minima[k].z, best.z);
       if (competes(excess, distance, kDecisiveCost)) {
-        add_branch({.minimum = minima[k], .reference = fit_reference(problem_, minima[k].z, centre_)}, excess,
-                   distance);
+        add_branch({.minimum = minima[k],
+                    .reference = fit_reference(problem_, minima[k].z, centre_, settings_.minimise)},
+                   excess, distance);
       }
     }
-    std::vector<Candidate> confined = floor_tests(problem_, result_, settings_.fit);
+    std::vector<Candidate> confined = floor_tests(problem_, result_, settings_);
     for (std::size_t k = 0; k < confined.size(); ++k) {
       const FloorTest& test = result_.floor_tests[k];
       if (competes(test.excess_cost, test.distance_m, kDecisiveFloorCost)) {

@@ -25,7 +25,8 @@ struct OutlierSettings {
   std::optional<double> minimum_height_m = {};  ///< the path stays above it
   ModelError model_error = {};
   FitSettings fit = {};
-  int max_rounds = 20;  ///< of prediction and decision
+  Minimiser minimise = fit_levenberg_marquardt;  ///< makes all fits
+  int max_rounds = 20;                           ///< of prediction and decision
 };
 
 /// A measurement that was rejected, and why.

@@ -71,7 +71,7 @@ class WeightedFits {
     const MotionCoordinates& there = all_.trajectory().coordinates;
     const Eigen::VectorXd start =
         problem.pull_inside(here.moved_from(there, z), kStartShare, here.moved_from(there, centre_));
-    return there.moved_from(here, fit_levenberg_marquardt(problem, start, mu, settings_.fit).z);
+    return there.moved_from(here, settings_.minimise(problem, start, mu, settings_.fit).z);
   }
 
  private:
@@ -232,7 +232,7 @@ TRAMMEL_INLINE OutlierSearch find_outliers(const Scenario& scenario, const Outli
   OutlierSearch result;
   result.false_alarm = settings.false_alarm;
   result.quantile = detail::two_sided_quantile(settings.false_alarm / static_cast<double>(values));
-  Eigen::VectorXd z = require_interior_motion(problem);
+  Eigen::VectorXd z = require_interior_motion(problem, settings.minimise);
   const detail::WeightedFits fits(problem, settings, z);
   const std::vector<double> first = detail::truncated_fit(problem, fits, result.quantile, z);
   std::vector<bool> accepted(n);

@@ -27,6 +27,7 @@ struct SuggestSettings {
   double margin = 1.5;                 ///< bounds over that quantile
   std::optional<double> minimum_height_m = {};
   FitSettings fit = {};
+  Minimiser minimise = fit_levenberg_marquardt;             ///< makes all fits
   minimax::SolverSettings solver = {.relative_gap = 1e-5};  ///< lengths are compared: few digits do
 };
 

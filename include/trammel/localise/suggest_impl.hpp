@@ -11,6 +11,7 @@
 
 #include "trammel/core/error.hpp"
 #include "trammel/linalg/cholesky.hpp"
+#include "trammel/localise/falling_barriers.hpp"
 #include "trammel/localise/interior_motion.hpp"
 #include "trammel/localise/locate.hpp"
 #include "trammel/localise/suggest.hpp"
@@ -236,8 +237,8 @@ TRAMMEL_INLINE Suggestion suggest_segments(const Scenario& scenario, const Sugge
     const FitProblem problem(detail::on_segments(scenario, segments, Eigen::Vector3d::Constant(kWide_mps2)),
                              settings.minimum_height_m);
     constexpr std::array kWeights{30.0, 10.0, 3.0, 1.0};
-    const Fit fit =
-        fit_with_falling_barriers(problem, require_interior_motion(problem), kWeights, settings.fit);
+    const Fit fit = fit_with_falling_barriers(problem, require_interior_motion(problem, settings.minimise),
+                                              kWeights, settings.minimise, settings.fit);
     LengthTrial trial;
     trial.segments = segments;
     trial.segment_s = duration / static_cast<double>(segments);
@@ -263,8 +264,8 @@ TRAMMEL_INLINE Suggestion suggest_segments(const Scenario& scenario, const Sugge
     constexpr double kInside = 0.9;
     const Eigen::VectorXd start =
         problem.pull_inside(problem.trajectory().coordinates.from_motion(theta[i], biases[i]), kInside,
-                            require_interior_motion(problem));
-    const Fit fit = fit_levenberg_marquardt(problem, start, kWeakBarrier, settings.fit);
+                            require_interior_motion(problem, settings.minimise));
+    const Fit fit = settings.minimise(problem, start, kWeakBarrier, settings.fit);
     const Eigen::MatrixXd J = problem.expand(fit.z, 0.0).hessian;
     const linalg::Cholesky posterior(problem.expand(fit.z, kWeakBarrier).hessian);
     Eigen::Index values = 0;
@@ -273,7 +274,7 @@ TRAMMEL_INLINE Suggestion suggest_segments(const Scenario& scenario, const Sugge
     }
     trial.chi2 = fit.chi2;
     trial.degrees = static_cast<double>(values) - posterior.solve(J).trace();
-    const Fit strong = fit_levenberg_marquardt(problem, fit.z, kStrongBarrier, settings.fit);
+    const Fit strong = settings.minimise(problem, fit.z, kStrongBarrier, settings.fit);
     const StatedValue stated = state(problem, strong.z, trial.model_error, settings.solver);
     trial.linear_rms_m = stated.linear_guarantee_rms_m;
     trial.curvature_rms_m = stated.curvature_rms_m;
