@@ -60,9 +60,13 @@ struct LengthTrial {
 /// Result of suggest_segments.
 struct Suggestion {
   std::vector<LengthTrial> trials;  ///< lengths ascending
-  std::size_t best = 0;             ///< least stated value among those that fit, else least excess
-  std::size_t likeliest = 0;        ///< highest likelihood: what the jerk is taken from
+  /// The longest of those that fit whose stated value is at most kAsGood times the least; where none fits,
+  /// that of the least excess.
+  std::size_t best = 0;
+  std::size_t likeliest = 0;  ///< highest likelihood: what the jerk is taken from
   double jerk_mps3 = 0.0;
+
+  static constexpr double kAsGood = 1.01;
 };
 
 /// Tries segment lengths on the observations of a scenario. Its bounds on position and velocity are used,

@@ -290,8 +290,11 @@ TRAMMEL_INLINE Suggestion suggest_segments(const Scenario& scenario, const Sugge
     return a.fits() ? a.stated_rms_m < b.stated_rms_m || std::isnan(b.stated_rms_m)
                     : a.excess() < b.excess() || std::isnan(b.excess());
   };
-  for (std::size_t i = 1; i < result.trials.size(); ++i) {
-    if (better(result.trials[i], result.trials[result.best])) {
+  result.best = static_cast<std::size_t>(
+      std::min_element(result.trials.begin(), result.trials.end(), better) - result.trials.begin());
+  const double least_m = result.trials[result.best].stated_rms_m;
+  for (std::size_t i = result.best + 1; i < result.trials.size(); ++i) {
+    if (result.trials[i].fits() && result.trials[i].stated_rms_m <= Suggestion::kAsGood * least_m) {
       result.best = i;
     }
   }
