@@ -46,7 +46,7 @@ INSTANTIATE_TEST_SUITE_P(Reference, CeresFit, testing::ValuesIn(cases()),
                          [](const auto& tested) { return tested.param.name; });
 
 /// To the last digits: where the minimum is flat, positions settle long after the cost.
-constexpr localise::FitSettings kTight{.max_systems = 5000, .relative_decrease = 1e-21};
+const localise::FitSettings kTight{.max_systems = 5000, .relative_decrease = 1e-21};
 
 /// Largest distance (m) between the paths of two deviations.
 double distance_m(const localise::FitProblem& problem, const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
