@@ -9,8 +9,10 @@
 #include <Eigen/Core>
 
 #include "trammel/core/config.hpp"
-#include "trammel/estimate/trajectory_estimate.hpp"
+#include "trammel/estimate/observation_result.hpp"
+#include "trammel/estimate/path_table.hpp"
 #include "trammel/problem/assemble.hpp"
+#include "trammel/problem/scenario.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::estimate {
 
@@ -44,3 +46,7 @@ struct BiasEstimate {
     const std::optional<GaussMarkov>& unbounded_estimate, const std::vector<double>& times_s);
 
 }  // namespace trammel::inline TRAMMEL_ABI::estimate
+
+#ifndef TRAMMEL_COMPILED
+#include "trammel/estimate/observed_impl.hpp"
+#endif
