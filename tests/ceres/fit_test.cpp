@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,8 @@ struct Case {
   Scenario scenario;
   std::optional<double> floor_m;
 };
+
+void PrintTo(const Case& tested, std::ostream* stream) { *stream << tested.name; }
 
 std::vector<Case> cases() {
   return {{"DescentWithoutNoise", test::descent_scenario(1, 0), 0.0},
