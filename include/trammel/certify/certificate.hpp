@@ -24,8 +24,8 @@ struct Certificate {
   double lower = std::numeric_limits<double>::quiet_NaN();  ///< no linear estimator guarantees less
   /// Multipliers lambda' with which the upper bound was proved (s).
   Eigen::VectorXd multipliers;
-  /// t >= 0: lambda' = lambda (1 + t) + t c, c = upper / s or, where that is cheaper, a hundredth of it; 0:
-  /// the multipliers were feasible as they stood.
+  /// t > 0: lambda' = lambda (1 + t) + t c, c = upper / s or, where that is cheaper, a hundredth of it;
+  /// 1e-12: the multipliers were feasible as they stood, but for what rounding errors may amount to.
   double inflation = std::numeric_limits<double>::quiet_NaN();
   /// Multiplier of the envelope, already contained in `upper`; 0 where no envelope is needed.
   double envelope_multiplier = 0.0;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "trammel/certify/certificate.hpp"
@@ -18,6 +19,7 @@
 #include "trammel/certify/matrix_inequality.hpp"
 #include "trammel/core/error.hpp"
 #include "trammel/linalg/cholesky.hpp"
+#include "trammel/linalg/coarse_product.hpp"
 #include "trammel/linalg/double_double.hpp"
 #include "trammel/linalg/qr.hpp"
 #include "trammel/minimax/prior_state.hpp"
@@ -33,8 +35,13 @@ using linalg::round_down;
 using linalg::round_up;
 using linalg::sum_rounded_up;
 
-/// An inflation above this is worth a second try in a better conditioned basis.
+/// Every proof begins with multipliers inflated by this much, which nobody notices: it makes room for the
+/// radii of plain arithmetic.
+inline constexpr double kFirstInflation = 1e-12;
+/// An inflation above this is worth a second try with more digits or in a better conditioned basis ...
 inline constexpr double kGoodInflation = 1e-10;
+/// ... if that may bring it below this share.
+inline constexpr double kWorthwhile = 0.9;
 /// Share of the upper bound spent on the envelope ...
 inline constexpr double kEnvelopeShare = 1e-11;
 /// ... and the envelope's size: what the unbounded directions may add to the bias, relative to the upper
@@ -42,6 +49,8 @@ inline constexpr double kEnvelopeShare = 1e-11;
 inline constexpr double kEnvelopeBias = 1e-21;
 /// Radii of plain arithmetic below this share of a result do not matter.
 inline constexpr double kNegligible = 1e-11;
+/// So do radii and losses below this share of the gap that is proved.
+inline constexpr double kShareOfGap = 0.01;
 /// Largest entry of I + L'JL up to which its Cholesky factorisation is accurate enough (loses its square
 /// times u^2, at most about 1e-14).
 inline constexpr double kWellConditioned = 1e8;
@@ -83,18 +92,31 @@ inline void check_shapes(const GuaranteedProblem& problem, const CandidatePoint&
           std::to_string(p) + " rows");
 }
 
-/// What both bounds share.
+/// What both bounds share. Matrices are transposed where that puts the problem's own factors, which are
+/// mostly sparse, on the right of a product.
 struct Workspace {
   const GuaranteedProblem& problem;
-  EnclosedMatrix information_factor;
-  EnclosedCriterion quick;           ///< plain arithmetic: tried first, sufficient on well scaled problems
-  Eigen::MatrixXd stacked;           ///< all a_l below one another
-  std::vector<Eigen::Index> offset;  ///< first row of a_l in it; one more than ellipsoids
+  EnclosedMatrix information_transposed;       ///< F'
+  EnclosedMatrix gain_information_transposed;  ///< (K F')'
+  EnclosedMatrix error;                        ///< E = K J - I
+  EnclosedCriterion quick;                     ///< plain arithmetic: tried first
+  Enclosure noise;                             ///< |C K F'|_F^2
+  Eigen::MatrixXd stacked;                     ///< all a_l below one another
+  std::vector<Eigen::Index> offset;            ///< first row of a_l in it; one more than ellipsoids
 
-  explicit Workspace(const GuaranteedProblem& given)
+  Workspace(const GuaranteedProblem& given, const Eigen::MatrixXd& gain)
       : problem(given),
-        information_factor(given.information_factor),
+        information_transposed(given.information_factor.transpose()),
         quick(given.criterion_factor, Precision::kDouble) {
+    const EnclosedMatrix gain_information = linalg::product(EnclosedMatrix(gain), information_transposed);
+    const Eigen::Index p = given.parameters();
+    error = linalg::product_minus(gain_information, EnclosedMatrix(given.information_factor),
+                                  Eigen::MatrixXd::Identity(p, p));
+    gain_information_transposed = gain_information.transpose();
+    noise = quick.trace(gain_information_transposed);
+    if (!(noise.radius <= kNegligible * noise.hi)) {
+      noise = careful().trace(gain_information_transposed);
+    }
     offset.push_back(0);
     for (const Eigen::MatrixXd& factor : given.ellipsoids) {
       offset.push_back(offset.back() + factor.rows());
@@ -105,7 +127,7 @@ struct Workspace {
     }
   }
 
-  /// Double-double arithmetic, prepared when first needed.
+  /// More digits, prepared when first needed.
   [[nodiscard]] const EnclosedCriterion& careful() const {
     if (!careful_) {
       careful_.emplace(problem.criterion_factor, Precision::kDoubleDouble);
@@ -124,17 +146,37 @@ struct Workspace {
   mutable std::optional<EnclosedCriterion> careful_;
 };
 
-/// A basis and what problem and bounds make of it, all products in double-double arithmetic (differences of
-/// positions lose many digits in a_l W).
+/// A square basis W and what problem and bounds make of it, transposed.
 struct Image {
-  Eigen::MatrixXd basis;   ///< W
-  EnclosedMatrix seen;     ///< F W
-  EnclosedMatrix bounded;  ///< stacked factors (and envelope) times W
+  Eigen::MatrixXd basis;      ///< W, p x p
+  EnclosedMatrix bounded;     ///< (stacked factors, and envelope, times W)'
+  EnclosedMatrix bias;        ///< (E W)'
+  EnclosedMatrix bias_image;  ///< what the criterion makes of it
 };
 
-inline Image make_image(const Workspace& work, const Eigen::MatrixXd& bounds, const Eigen::MatrixXd& basis) {
-  return {basis, linalg::product(work.information_factor, EnclosedMatrix(basis)),
-          linalg::product(EnclosedMatrix(bounds), EnclosedMatrix(basis))};
+/// Fast: W is next to `basis`, but has few bits.
+inline Image quick_image(const Workspace& work, const Eigen::MatrixXd& bounds, const Eigen::MatrixXd& basis) {
+  linalg::CoarseProduct bias = linalg::coarse_product(work.error, basis);
+  Image image;
+  image.basis = std::move(bias.factor);
+  image.bounded =
+      linalg::product(EnclosedMatrix(image.basis.transpose()), EnclosedMatrix(bounds.transpose()));
+  image.bias = bias.product.transpose();
+  image.bias_image = work.quick.image(image.bias);
+  return image;
+}
+
+/// Careful: W is `basis`, and E W = (K F')(F W) - W since both factors may be far smaller than K and J.
+inline Image careful_image(const Workspace& work, const Eigen::MatrixXd& bounds,
+                           const Eigen::MatrixXd& basis) {
+  Image image;
+  image.basis = basis;
+  const EnclosedMatrix transposed(basis.transpose());
+  image.bounded = linalg::product(transposed, EnclosedMatrix(bounds.transpose()));
+  image.bias = linalg::product_minus(linalg::product(transposed, work.information_transposed),
+                                     work.gain_information_transposed, transposed.hi);
+  image.bias_image = work.careful().image(image.bias);
+  return image;
 }
 
 /// Directions no ellipsoid bounds, confined.
@@ -160,17 +202,14 @@ struct Weights {
 
 /// An envelope whose cost is kEnvelopeShare of `scale`, sized by how far K is from leaving the unbounded
 /// directions unbiased.
-inline Envelope make_envelope(const Workspace& work, const EnclosedMatrix& gain_information, double scale,
-                              UnboundedDirections& unbounded) {
+inline Envelope make_envelope(const Workspace& work, double scale, UnboundedDirections& unbounded) {
   Envelope envelope;
   const Eigen::Index k = unbounded.directions.cols();
   if (k == 0) {
     envelope.rows.resize(0, work.stacked.cols());
     return envelope;
   }
-  const EnclosedMatrix directions(unbounded.directions);
-  const EnclosedMatrix bias = linalg::product_minus(
-      gain_information, linalg::product(work.information_factor, directions), unbounded.directions);
+  const EnclosedMatrix bias = linalg::product(work.error, EnclosedMatrix(unbounded.directions));
   const EnclosedMatrix error = linalg::product(EnclosedMatrix(work.problem.criterion_factor), bias);
   const double bias_allowed = std::sqrt(kEnvelopeBias * scale / static_cast<double>(k));
   envelope.rows = Eigen::MatrixXd::Zero(k, work.stacked.cols());
@@ -190,13 +229,6 @@ inline Envelope make_envelope(const Workspace& work, const EnclosedMatrix& gain_
   return envelope;
 }
 
-/// |C K F'|_F^2, rounded up.
-inline double noise_error(const Workspace& work, const EnclosedMatrix& gain_information) {
-  const Enclosure quick = work.quick.trace(gain_information);
-  return quick.radius <= kNegligible * quick.hi ? quick.upper()
-                                                : work.careful().trace(gain_information).upper();
-}
-
 /// Multipliers lambda (1 + amount) + amount step.
 struct Inflation {
   double amount = std::numeric_limits<double>::quiet_NaN();
@@ -207,59 +239,80 @@ struct Inflation {
 /// proportion to the multipliers is cheaper where those that matter have one.
 inline constexpr std::array<double, 2> kStepShares{1.0, 0.01};
 
-/// Cheapest inflation for which the matrix inequality is proved in one of the bases; NaN if in none.
+/// lambda (1 + t) + t step, rounded up.
+inline Eigen::VectorXd inflate(Eigen::VectorXd multipliers, const Inflation& inflation) {
+  for (double& value : multipliers) {
+    value = round_up(
+        value + round_up(round_up(inflation.amount * value) + round_up(inflation.amount * inflation.step)));
+  }
+  return multipliers;
+}
+
+/// Looks for an inflation cheaper than `best` for which the inequality is proved; false if neither more
+/// digits nor another basis would make it much cheaper.
+inline bool search_inflation(const MatrixInequality& inequality, const Weights& weights, Eigen::Index growing,
+                             Inflation& best) {
+  bool may_improve = false;
+  for (const double share : kStepShares) {
+    const double step = share * weights.step;
+    const double unit_cost = weights.total + weights.count * step;
+    const double worthwhile =
+        kWorthwhile * best.amount * (weights.total + weights.count * best.step) / unit_cost;
+    const MatrixInequality::Growth growth(inequality, step, growing);
+    if (std::isnan(best.amount) || growth.holds_at(worthwhile)) {
+      best = {.amount = growth.find_inflation(), .step = step};
+    }
+    if (best.amount <= kGoodInflation) {
+      return false;
+    }
+    may_improve = may_improve || std::isnan(best.amount) ||
+                  growth.may_hold_at(best.step == step ? kWorthwhile * best.amount : worthwhile);
+  }
+  return may_improve;
+}
+
+/// Cheapest inflation for which the matrix inequality is proved, with the precision and in the basis that it
+/// needs; NaN if in none. `first` becomes the quick image of the first basis.
 inline Inflation prove_inequality(const Workspace& work, const Weights& weights,
-                                  const EnclosedMatrix& gain_information, const Image& prior,
-                                  const Eigen::MatrixXd& unbounded) {
+                                  const Eigen::MatrixXd& prior_factor, const Eigen::MatrixXd& unbounded,
+                                  Image& first) {
   Inflation best;
-  double best_cost = std::numeric_limits<double>::infinity();
-  for (int number = 0; number < kCongruenceBases && !(best.amount <= kGoodInflation); ++number) {
-    const bool is_prior = number == 0 && unbounded.cols() == 0 && prior.basis.rows() == prior.basis.cols();
-    Image other;
-    if (!is_prior) {
-      const Eigen::MatrixXd basis = congruence_basis(number, prior.basis, weights.bounds, unbounded);
-      if (basis.size() == 0) {
-        continue;
-      }
-      other = make_image(work, weights.bounds, basis);
+  for (int number = 0; number < kCongruenceBases; ++number) {
+    const Eigen::MatrixXd basis = congruence_basis(number, prior_factor, weights.bounds, unbounded);
+    if (basis.size() == 0) {
+      continue;
     }
-    const Image& image = is_prior ? prior : other;
-    const EnclosedMatrix bias = linalg::product_minus(gain_information, image.seen, image.basis);
-    const double small = MatrixInequality(image.bounded, weights.rows, bias, work.quick)
-                             .find_small_inflation(weights.step, work.stacked.rows());
-    if (small >= 0.0) {
-      return {.amount = small, .step = weights.step};
-    }
-    const MatrixInequality inequality(image.bounded, weights.rows, bias, work.careful());
-    for (const double share : kStepShares) {
-      const double step = share * weights.step;
-      const double amount = inequality.find_inflation(step, work.stacked.rows());
-      const double cost = amount * (weights.total + weights.count * step);
-      if (cost < best_cost) {
-        best_cost = cost;
-        best = {.amount = amount, .step = step};
+    for (const bool careful : {false, true}) {
+      const Image image =
+          careful ? careful_image(work, weights.bounds, basis) : quick_image(work, weights.bounds, basis);
+      const MatrixInequality inequality(image.bounded, weights.rows, image.bias, image.bias_image,
+                                        careful ? work.careful() : work.quick);
+      if (number == 0 && !careful) {
+        first = image;
       }
-      if (amount <= kGoodInflation) {
-        break;
+      if (inequality.holds()) {
+        return {.amount = 0.0, .step = 0.0};
+      }
+      if (!search_inflation(inequality, weights, work.stacked.rows(), best)) {
+        return best;
       }
     }
   }
   return best;
 }
 
-inline void prove_upper(const Workspace& work, const CandidatePoint& point, const Image& prior,
-                        UnboundedDirections unbounded, Certificate& certificate) {
+inline void prove_upper(const Workspace& work, const CandidatePoint& point, UnboundedDirections unbounded,
+                        Image& first, Certificate& certificate) {
   const auto s = static_cast<double>(std::max<Eigen::Index>(point.multipliers.size(), 1));
-  const Eigen::VectorXd multipliers = point.multipliers.cwiseMax(0.0);
-  const EnclosedMatrix gain_information =
-      linalg::product(EnclosedMatrix(point.gain), work.information_factor.transpose());
-  const double noise = noise_error(work, gain_information);
+  Eigen::VectorXd multipliers = point.multipliers.cwiseMax(0.0);
+  const double noise = work.noise.upper();
   const double scale = noise + multipliers.sum();
   if (!std::isfinite(scale)) {
     certificate.remark = "the gain or the multipliers are too large or not finite";
     return;
   }
-  const Envelope envelope = make_envelope(work, gain_information, scale, unbounded);
+  multipliers = inflate(multipliers, {.amount = kFirstInflation, .step = scale / s});
+  const Envelope envelope = make_envelope(work, scale, unbounded);
   Weights weights{.bounds = with_envelope(work, envelope),
                   .rows = {},
                   .step = scale / s,
@@ -268,44 +321,37 @@ inline void prove_upper(const Workspace& work, const CandidatePoint& point, cons
   weights.rows.resize(weights.bounds.rows());
   weights.rows << work.per_row(multipliers),
       Eigen::VectorXd::Constant(envelope.rows.rows(), envelope.multiplier);
-  const Inflation inflation = prove_inequality(work, weights, gain_information, prior, unbounded.directions);
+  const Inflation inflation =
+      prove_inequality(work, weights, point.prior_factor, unbounded.directions, first);
   if (std::isnan(inflation.amount)) {
     certificate.remark = "no multipliers near those given satisfy the matrix inequality";
     return;
   }
-  certificate.inflation = inflation.amount;
-  certificate.multipliers = multipliers;
-  if (inflation.amount > 0.0) {
-    for (double& value : certificate.multipliers) {
-      value = round_up(
-          value + round_up(round_up(inflation.amount * value) + round_up(inflation.amount * inflation.step)));
-    }
-  }
+  certificate.inflation = kFirstInflation + inflation.amount;
+  certificate.multipliers = inflate(multipliers, inflation);
   certificate.envelope = envelope.rows;
   // The inflation grew it by the same factor.
-  certificate.envelope_multiplier = inflation.amount > 0.0
-                                        ? round_up(envelope.multiplier * round_up(1.0 + inflation.amount))
-                                        : envelope.multiplier;
+  certificate.envelope_multiplier = round_up(envelope.multiplier * round_up(1.0 + inflation.amount));
   certificate.upper =
       round_up(round_up(noise + certificate.envelope_multiplier) + sum_rounded_up(certificate.multipliers));
 }
 
-/// (I + sigma^2 L'JL)^-1 sigma L', through the QR factorisation of [I; sigma F L] so that only the square
-/// root of the condition of I + sigma^2 L'JL matters.
-inline Eigen::MatrixXd posterior_map(const Eigen::MatrixXd& prior_factor,
-                                     const Eigen::MatrixXd& information_prior, double sigma) {
-  const Eigen::Index k = prior_factor.cols();
-  Eigen::MatrixXd map = sigma * prior_factor.transpose();
+/// Y = (I + sigma^2 L'JL)^-1 sigma L' from L' and (F L)', through the QR factorisation of [I; sigma F L]
+/// where only the square root of the condition of I + sigma^2 L'JL may matter.
+inline Eigen::MatrixXd posterior_map(const Eigen::MatrixXd& prior_transposed,
+                                     const Eigen::MatrixXd& seen_transposed, double sigma) {
+  const Eigen::Index k = prior_transposed.rows();
+  Eigen::MatrixXd map = sigma * prior_transposed;
   // The error enters squared: the plain normal equations do unless they are badly conditioned.
   Eigen::MatrixXd normal = Eigen::MatrixXd::Identity(k, k);
-  normal.selfadjointView<Eigen::Lower>().rankUpdate(information_prior.transpose(), sigma * sigma);
+  normal.selfadjointView<Eigen::Lower>().rankUpdate(seen_transposed, sigma * sigma);
   const linalg::Cholesky cholesky(normal);
   if (cholesky.info() == Eigen::Success && normal.diagonal().maxCoeff() < kWellConditioned) {
     cholesky.solveInPlace(map);
     return map;
   }
-  Eigen::MatrixXd both(k + information_prior.rows(), k);
-  both << Eigen::MatrixXd::Identity(k, k), sigma * information_prior;
+  Eigen::MatrixXd both(k + seen_transposed.cols(), k);
+  both << Eigen::MatrixXd::Identity(k, k), sigma * seen_transposed.transpose();
   const linalg::Qr qr(both);
   const Eigen::MatrixXd r = qr.matrixQR().topRows(k);
   r.triangularView<Eigen::Upper>().transpose().solveInPlace(map);
@@ -313,67 +359,127 @@ inline Eigen::MatrixXd posterior_map(const Eigen::MatrixXd& prior_factor,
   return map;
 }
 
-/// Largest |a_l L|_F^2, rounded up; infinite if that is not known.
+/// Largest |a_l L|_F^2, rounded up; infinite if that is not known. bounded: transposed a_l L side by side.
 inline double largest_bound(const Workspace& work, const EnclosedMatrix& bounded) {
   double largest = 0.0;
   for (std::size_t l = 0; l + 1 < work.offset.size(); ++l) {
     double total = 0.0;
-    for (Eigen::Index j = 0; j < bounded.cols(); ++j) {
-      for (Eigen::Index i = work.offset[l]; i < work.offset[l + 1]; ++i) {
+    for (Eigen::Index j = work.offset[l]; j < work.offset[l + 1]; ++j) {
+      for (Eigen::Index i = 0; i < bounded.rows(); ++i) {
         const double size = (1.0 + 0x1p-50) * std::abs(bounded.hi(i, j)) + bounded.radius(i, j);
         total += size * size;
       }
     }
-    const auto terms = static_cast<double>((work.offset[l + 1] - work.offset[l]) * bounded.cols());
+    const auto terms = static_cast<double>((work.offset[l + 1] - work.offset[l]) * bounded.rows());
     total *= 1.0 + (terms + 8.0) * 0x1p-52;  // all roundings of the sum of non-negative terms
     largest = std::isfinite(total) ? std::max(largest, total) : std::numeric_limits<double>::infinity();
   }
   return largest;
 }
 
+/// A prior factor L, p x k, and what problem and bounds make of it, transposed.
+struct Prior {
+  EnclosedMatrix factor;   ///< L'
+  EnclosedMatrix seen;     ///< (F L)'
+  EnclosedMatrix bounded;  ///< (stacked factors times L)'
+  EnclosedMatrix bias;     ///< (E L)'
+};
+
+/// near: quick image of a basis W next to L, so that E L = E W + E (L - W) needs few digits of the second
+/// term; empty or of another shape where there is none.
+inline Prior make_prior(const Workspace& work, const Eigen::MatrixXd& factor, const Image& near) {
+  Prior prior;
+  prior.factor = EnclosedMatrix(factor.transpose());
+  prior.seen = linalg::product(prior.factor, work.information_transposed);
+  prior.bounded = linalg::product(prior.factor, EnclosedMatrix(work.stacked.transpose()));
+  if (near.basis.cols() == factor.cols()) {
+    const EnclosedMatrix rest =
+        linalg::product(work.error, EnclosedMatrix(factor - near.basis), Precision::kDouble);
+    prior.bias = linalg::sum(near.bias, rest.transpose());
+  } else {
+    prior.bias = linalg::product(work.error, EnclosedMatrix(factor)).transpose();
+  }
+  return prior;
+}
+
+/// Lower bound from K, if it is nearly the best estimator for the prior V = sigma^2 L L':
+///
+///   min over K of |C K F'|^2 + sigma^2 |C E L|^2 >= its value for this K - |R|^2,
+///   R = C (K F' + sigma^2 E L (F L)'),
+///
+/// by duality of least squares: the residual R of the optimality condition is zero for the best K.
+struct NearbyValue {
+  double bound = -std::numeric_limits<double>::infinity();
+  double loss = std::numeric_limits<double>::infinity();  ///< |R|^2, rounded up
+};
+
+inline NearbyValue nearby_value(const Workspace& work, const Prior& prior, double sigma) {
+  const double share = round_down(sigma * sigma);  // V = share L L'
+  const EnclosedMatrix& noise = work.gain_information_transposed;
+  EnclosedMatrix residual = work.quick.multiply(prior.seen.transpose(), prior.bias);
+  constexpr double kRoundings = 0x1p-51;  // of the sum, and the trailing part of the noise
+  residual.radius = (1.0 + 0x1p-50) * (share * residual.radius + noise.radius +
+                                       kRoundings * (share * residual.hi.cwiseAbs() + noise.hi.cwiseAbs()));
+  residual.hi = share * residual.hi + noise.hi;
+  const Enclosure bias = work.quick.trace(prior.bias);
+  NearbyValue result;
+  result.loss = work.quick.trace(residual).upper();
+  result.bound = round_down(round_down(work.noise.lower() + round_down(share * std::max(bias.lower(), 0.0))) -
+                            result.loss);
+  return result;
+}
+
 /// Lower bound of the value for the prior L L' scaled into the bounds; -infinity where nothing is proved.
-inline double lower_bound(const Workspace& work, const Image& prior) {
-  const EnclosedMatrix factor(prior.basis);
+/// near: image of a basis next to L, empty where there is none; upper: what is proved on the other side,
+/// below which a small share of the gap may be lost.
+inline double lower_bound(const Workspace& work, const Eigen::MatrixXd& prior_factor, const Image& near,
+                          double upper) {
+  const Prior prior = make_prior(work, prior_factor, near);
   const double largest = largest_bound(work, prior.bounded);
   if (!std::isfinite(largest)) {
     return -std::numeric_limits<double>::infinity();
   }
   const double sigma = largest > 0.0 ? round_down(round_down(1.0 / round_up(std::sqrt(largest)))) : 1.0;
-  const Eigen::MatrixXd map = posterior_map(prior.basis, prior.seen.hi, sigma);
+  const NearbyValue nearby = nearby_value(work, prior, sigma);
+  const double negligible =
+      std::max(kNegligible * nearby.bound, std::isfinite(upper) ? kShareOfGap * (upper - nearby.bound) : 0.0);
+  if (nearby.loss <= negligible) {
+    return nearby.bound;
+  }
+  const Eigen::MatrixXd map = posterior_map(prior.factor.hi, prior.seen.hi, sigma);
   if (!map.allFinite()) {
-    return -std::numeric_limits<double>::infinity();
+    return nearby.bound;
   }
   const EnclosedMatrix y(map);
-  const EnclosedMatrix y_transposed = y.transpose();
   for (const bool careful : {false, true}) {
     const EnclosedCriterion& criterion = careful ? work.careful() : work.quick;
-    const EnclosedMatrix seen = criterion.multiply(prior.seen, y);
-    const Enclosure gain = criterion.trace(y_transposed, factor);
-    const Enclosure spread = criterion.trace(y_transposed);
-    const Enclosure measured = criterion.trace(seen.transpose());
+    const EnclosedMatrix image = criterion.image(y);
+    const Enclosure gain = criterion.trace(y, image, criterion.image(prior.factor));
+    const Enclosure spread = criterion.trace(y, image, image);
+    const Enclosure measured = criterion.trace(criterion.multiply(prior.seen.transpose(), y));
     const double sigma_squared = round_up(sigma * sigma);
     const double first =
         gain.lower() > 0.0 ? round_down(2.0 * sigma * gain.lower()) : round_up(2.0 * sigma) * gain.lower();
     const double bound =
         round_down(round_down(first - spread.upper()) - round_up(sigma_squared * measured.upper()));
     const double uncertainty = 2.0 * sigma * gain.radius + spread.radius + sigma_squared * measured.radius;
-    if (careful || uncertainty <= kNegligible * bound) {
-      return bound;
+    if (careful || uncertainty <= negligible) {
+      return std::max(bound, nearby.bound);
     }
   }
-  return -std::numeric_limits<double>::infinity();
+  return nearby.bound;
 }
 
-inline void prove_lower(const Workspace& work, const Image& prior, const UnboundedDirections& unbounded,
-                        Certificate& certificate) {
+inline void prove_lower(const Workspace& work, const CandidatePoint& point,
+                        const UnboundedDirections& unbounded, const Image& near, Certificate& certificate) {
   double lower = 0.0;  // an error is never negative
-  if (prior.basis.cols() > 0) {
-    lower = std::max(lower, lower_bound(work, prior));
+  if (point.prior_factor.cols() > 0) {
+    lower = std::max(lower, lower_bound(work, point.prior_factor, near, certificate.upper));
   }
   if (unbounded.directions.cols() > 0) {
     const Eigen::MatrixXd extended =
-        extend_prior(prior.basis, work.stacked, work.problem.information_factor, unbounded.directions);
-    lower = std::max(lower, lower_bound(work, make_image(work, work.stacked, extended)));
+        extend_prior(point.prior_factor, work.stacked, work.problem.information_factor, unbounded.directions);
+    lower = std::max(lower, lower_bound(work, extended, {}, certificate.upper));
   }
   certificate.lower = lower;
 }
@@ -388,11 +494,11 @@ TRAMMEL_INLINE Certificate verify(const GuaranteedProblem& problem, const Candid
     certificate.remark = "the point to be verified has entries that are not finite";
     return certificate;
   }
-  const detail::Workspace work(problem);
+  const detail::Workspace work(problem, point.gain);
   const UnboundedDirections unbounded = find_unbounded_directions(work.stacked);
-  const detail::Image prior = detail::make_image(work, work.stacked, point.prior_factor);
-  detail::prove_upper(work, point, prior, unbounded, certificate);
-  detail::prove_lower(work, prior, unbounded, certificate);
+  detail::Image first;
+  detail::prove_upper(work, point, unbounded, first, certificate);
+  detail::prove_lower(work, point, unbounded, first, certificate);
   const std::string_view defect = arithmetic_defect();
   if (std::isfinite(certificate.upper) && std::isfinite(certificate.lower)) {
     certificate.claim = defect.empty() ? Claim::kVerified : Claim::kApproximate;

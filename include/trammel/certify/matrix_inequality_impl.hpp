@@ -3,7 +3,6 @@
 /// Definitions of matrix_inequality.hpp.
 #pragma once
 
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -21,19 +20,18 @@ inline constexpr int kLargestInflation = 24;
 /// From this exponent on an inflation is worth halving its interval this many times more.
 inline constexpr int kCoarseInflation = -36;
 inline constexpr int kRefinements = 4;
-/// Inflations that cost nothing anyone would notice.
-inline constexpr std::array<double, 3> kNegligibleInflations{1e-13, 1e-12, 1e-11};
 
 }  // namespace inequality_detail
 
 TRAMMEL_INLINE MatrixInequality::MatrixInequality(const linalg::EnclosedMatrix& bounded,
                                                   const Eigen::VectorXd& rows,
                                                   const linalg::EnclosedMatrix& bias,
+                                                  const linalg::EnclosedMatrix& bias_image,
                                                   const EnclosedCriterion& criterion)
     : bounded_(bounded),
-      bound_form_(linalg::product(bounded.transpose(), linalg::scale_rows(bounded, rows),
-                                  criterion.precision(), linalg::ProductPart::kLower)) {
-  const linalg::EnclosedMatrix base = linalg::difference(bound_form_, criterion.gram(bias));
+      bound_form_(criterion.multiply(bounded, linalg::scale_rows(bounded.transpose(), rows),
+                                     linalg::ProductPart::kLower)) {
+  const linalg::EnclosedMatrix base = linalg::difference(bound_form_, criterion.gram(bias, bias_image));
   base_ = base.hi;
   base_radius_ = (1.0 + 0x1p-50) * (base.lo.cwiseAbs() + base.radius);
 }
@@ -46,15 +44,15 @@ TRAMMEL_INLINE MatrixInequality::Growth::Growth(const MatrixInequality& inequali
   // W'(H(lambda) + step sum H_l)W may be known to double precision only: it is multiplied by t. Its error is
   // the usual gamma_n |X|'|X|, here with a comfortable constant and by norms of the columns, plus what
   // `bounded` leaves open.
-  const auto points = inequality.bounded_.hi.topRows(growing);
-  growth_.noalias() += step * (points.transpose() * points);
+  const auto points = inequality.bounded_.hi.leftCols(growing);
+  growth_.noalias() += step * (points * points.transpose());
   const double gamma = 4.0 * (static_cast<double>(growing) + 4.0) * 0x1p-53;
-  const Eigen::RowVectorXd sizes = points.colwise().norm();
-  Eigen::RowVectorXd errors = (gamma + 0x1p-50) * sizes;
+  const Eigen::VectorXd sizes = points.rowwise().norm();
+  Eigen::VectorXd errors = (gamma + 0x1p-50) * sizes;
   if (inequality.bounded_.radius.size() != 0) {
-    errors += 4.0 * inequality.bounded_.radius.topRows(growing).colwise().norm();
+    errors += 4.0 * inequality.bounded_.radius.leftCols(growing).rowwise().norm();
   }
-  radius_ = step * (sizes.transpose() * errors + errors.transpose() * sizes) + inequality.bound_form_.radius +
+  radius_ = step * (sizes * errors.transpose() + errors * sizes.transpose()) + inequality.bound_form_.radius +
             0x1p-50 * (growth_.cwiseAbs() + inequality.bound_form_.hi.cwiseAbs());
 }
 
@@ -65,42 +63,29 @@ TRAMMEL_INLINE bool MatrixInequality::Growth::holds_at(double t) const {
   return positive_definite(total, radius);
 }
 
-TRAMMEL_INLINE double MatrixInequality::find_inflation(double step, Eigen::Index growing) const {
-  if (holds()) {
-    return 0.0;
-  }
-  const Growth growth(*this, step, growing);
+TRAMMEL_INLINE bool MatrixInequality::Growth::may_hold_at(double t) const {
+  return positive_definite(of_.base_ + t * growth_, Eigen::MatrixXd::Zero(growth_.rows(), growth_.cols()));
+}
+
+TRAMMEL_INLINE double MatrixInequality::Growth::find_inflation() const {
   int fails = inequality_detail::kSmallestInflation - 1;
   int holds = inequality_detail::kLargestInflation;
-  if (!growth.holds_at(std::ldexp(1.0, holds))) {
+  if (!holds_at(std::ldexp(1.0, holds))) {
     return std::numeric_limits<double>::quiet_NaN();
   }
   while (holds - fails > 1) {
     const int middle = fails + (holds - fails) / 2;
-    (growth.holds_at(std::ldexp(1.0, middle)) ? holds : fails) = middle;
+    (holds_at(std::ldexp(1.0, middle)) ? holds : fails) = middle;
   }
   double inflation = std::ldexp(1.0, holds);
   if (holds >= inequality_detail::kCoarseInflation) {
     double too_small = inflation / 2.0;
     for (int round = 0; round < inequality_detail::kRefinements; ++round) {
       const double middle = (too_small + inflation) / 2.0;
-      (growth.holds_at(middle) ? inflation : too_small) = middle;
+      (holds_at(middle) ? inflation : too_small) = middle;
     }
   }
   return inflation;
-}
-
-TRAMMEL_INLINE double MatrixInequality::find_small_inflation(double step, Eigen::Index growing) const {
-  if (holds()) {
-    return 0.0;
-  }
-  const Growth growth(*this, step, growing);
-  for (const double t : inequality_detail::kNegligibleInflations) {
-    if (growth.holds_at(t)) {
-      return t;
-    }
-  }
-  return std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace trammel::inline TRAMMEL_ABI::certify
