@@ -17,11 +17,11 @@
 #include "trammel/certify/environment.hpp"
 #include "trammel/certify/gain_rounding.hpp"
 #include "trammel/certify/matrix_inequality.hpp"
+#include "trammel/certify/quick_proof.hpp"
 #include "trammel/core/error.hpp"
-#include "trammel/linalg/cholesky.hpp"
-#include "trammel/linalg/coarse_product.hpp"
 #include "trammel/linalg/double_double.hpp"
-#include "trammel/linalg/qr.hpp"
+#include "trammel/linalg/error_norms.hpp"
+#include "trammel/linalg/sparse_columns.hpp"
 #include "trammel/minimax/prior_state.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::certify {
@@ -29,8 +29,6 @@ namespace trammel::inline TRAMMEL_ABI::certify {
 namespace certificate_detail {
 
 using linalg::EnclosedMatrix;
-using linalg::Enclosure;
-using linalg::Precision;
 using linalg::round_down;
 using linalg::round_up;
 using linalg::sum_rounded_up;
@@ -47,13 +45,6 @@ inline constexpr double kEnvelopeShare = 1e-11;
 /// ... and the envelope's size: what the unbounded directions may add to the bias, relative to the upper
 /// bound (a square, hence about 1e-10 in the bias itself).
 inline constexpr double kEnvelopeBias = 1e-21;
-/// Radii of plain arithmetic below this share of a result do not matter.
-inline constexpr double kNegligible = 1e-11;
-/// So do radii and losses below this share of the gap that is proved.
-inline constexpr double kShareOfGap = 0.01;
-/// Largest entry of I + L'JL up to which its Cholesky factorisation is accurate enough (loses its square
-/// times u^2, at most about 1e-14).
-inline constexpr double kWellConditioned = 1e8;
 /// Errors smaller than this share of what a direction does to the criterion count as this large.
 inline constexpr double kResolution = 1e-18;
 /// An envelope is never wider than this many standard deviations of the measurement noise.
@@ -92,31 +83,16 @@ inline void check_shapes(const GuaranteedProblem& problem, const CandidatePoint&
           std::to_string(p) + " rows");
 }
 
-/// What both bounds share. Matrices are transposed where that puts the problem's own factors, which are
-/// mostly sparse, on the right of a product.
+/// What both bounds share.
 struct Workspace {
   const GuaranteedProblem& problem;
-  EnclosedMatrix information_transposed;       ///< F'
-  EnclosedMatrix gain_information_transposed;  ///< (K F')'
-  EnclosedMatrix error;                        ///< E = K J - I
-  EnclosedCriterion quick;                     ///< plain arithmetic: tried first
-  Enclosure noise;                             ///< |C K F'|_F^2
-  Eigen::MatrixXd stacked;                     ///< all a_l below one another
-  std::vector<Eigen::Index> offset;            ///< first row of a_l in it; one more than ellipsoids
+  const Eigen::MatrixXd& gain;
+  QuickProof quick;
+  Eigen::MatrixXd stacked;           ///< all a_l below one another
+  std::vector<Eigen::Index> offset;  ///< first row of a_l in it; one more than ellipsoids
 
-  Workspace(const GuaranteedProblem& given, const Eigen::MatrixXd& gain)
-      : problem(given),
-        information_transposed(given.information_factor.transpose()),
-        quick(given.criterion_factor, Precision::kDouble) {
-    const EnclosedMatrix gain_information = linalg::product(EnclosedMatrix(gain), information_transposed);
-    const Eigen::Index p = given.parameters();
-    error = linalg::product_minus(gain_information, EnclosedMatrix(given.information_factor),
-                                  Eigen::MatrixXd::Identity(p, p));
-    gain_information_transposed = gain_information.transpose();
-    noise = quick.trace(gain_information_transposed);
-    if (!(noise.radius <= kNegligible * noise.hi)) {
-      noise = careful().trace(gain_information_transposed);
-    }
+  Workspace(const GuaranteedProblem& given, const Eigen::MatrixXd& given_gain)
+      : problem(given), gain(given_gain), quick(given, given_gain) {
     offset.push_back(0);
     for (const Eigen::MatrixXd& factor : given.ellipsoids) {
       offset.push_back(offset.back() + factor.rows());
@@ -127,14 +103,6 @@ struct Workspace {
     }
   }
 
-  /// More digits, prepared when first needed.
-  [[nodiscard]] const EnclosedCriterion& careful() const {
-    if (!careful_) {
-      careful_.emplace(problem.criterion_factor, Precision::kDoubleDouble);
-    }
-    return *careful_;
-  }
-
   /// One number per row of `stacked` from one per ellipsoid.
   [[nodiscard]] Eigen::VectorXd per_row(const Eigen::VectorXd& per_ellipsoid) const {
     Eigen::VectorXd result(stacked.rows());
@@ -142,42 +110,26 @@ struct Workspace {
     return result;
   }
 
+  /// In double-double arithmetic, prepared when first needed.
+  struct Careful {
+    EnclosedMatrix information_transposed;       ///< F'
+    EnclosedMatrix gain_information_transposed;  ///< (K F')'
+    EnclosedCriterion criterion;
+  };
+  [[nodiscard]] const Careful& careful() const {
+    if (!careful_) {
+      const EnclosedMatrix information(problem.information_factor.transpose());
+      careful_.emplace(Careful{
+          .information_transposed = information,
+          .gain_information_transposed = linalg::product(EnclosedMatrix(gain), information).transpose(),
+          .criterion = EnclosedCriterion(problem.criterion_factor)});
+    }
+    return *careful_;
+  }
+
  private:
-  mutable std::optional<EnclosedCriterion> careful_;
+  mutable std::optional<Careful> careful_;
 };
-
-/// A square basis W and what problem and bounds make of it, transposed.
-struct Image {
-  Eigen::MatrixXd basis;      ///< W, p x p
-  EnclosedMatrix bounded;     ///< (stacked factors, and envelope, times W)'
-  EnclosedMatrix bias;        ///< (E W)'
-  EnclosedMatrix bias_image;  ///< what the criterion makes of it
-};
-
-/// Fast: W is next to `basis`, but has few bits.
-inline Image quick_image(const Workspace& work, const Eigen::MatrixXd& bounds, const Eigen::MatrixXd& basis) {
-  linalg::CoarseProduct bias = linalg::coarse_product(work.error, basis);
-  Image image;
-  image.basis = std::move(bias.factor);
-  image.bounded =
-      linalg::product(EnclosedMatrix(image.basis.transpose()), EnclosedMatrix(bounds.transpose()));
-  image.bias = bias.product.transpose();
-  image.bias_image = work.quick.image(image.bias);
-  return image;
-}
-
-/// Careful: W is `basis`, and E W = (K F')(F W) - W since both factors may be far smaller than K and J.
-inline Image careful_image(const Workspace& work, const Eigen::MatrixXd& bounds,
-                           const Eigen::MatrixXd& basis) {
-  Image image;
-  image.basis = basis;
-  const EnclosedMatrix transposed(basis.transpose());
-  image.bounded = linalg::product(transposed, EnclosedMatrix(bounds.transpose()));
-  image.bias = linalg::product_minus(linalg::product(transposed, work.information_transposed),
-                                     work.gain_information_transposed, transposed.hi);
-  image.bias_image = work.careful().image(image.bias);
-  return image;
-}
 
 /// Directions no ellipsoid bounds, confined.
 struct Envelope {
@@ -209,7 +161,10 @@ inline Envelope make_envelope(const Workspace& work, double scale, UnboundedDire
     envelope.rows.resize(0, work.stacked.cols());
     return envelope;
   }
-  const EnclosedMatrix bias = linalg::product(work.error, EnclosedMatrix(unbounded.directions));
+  const EnclosedMatrix directions(unbounded.directions);
+  const EnclosedMatrix bias = linalg::product_minus(
+      work.careful().gain_information_transposed.transpose(),
+      linalg::product(EnclosedMatrix(work.problem.information_factor), directions), unbounded.directions);
   const EnclosedMatrix error = linalg::product(EnclosedMatrix(work.problem.criterion_factor), bias);
   const double bias_allowed = std::sqrt(kEnvelopeBias * scale / static_cast<double>(k));
   envelope.rows = Eigen::MatrixXd::Zero(k, work.stacked.cols());
@@ -271,11 +226,32 @@ inline bool search_inflation(const MatrixInequality& inequality, const Weights& 
   return may_improve;
 }
 
+/// The inequality in double-double arithmetic: E W = (K F')(F W) - W since both factors may be far smaller
+/// than K and J, W exact.
+inline MatrixInequality careful_inequality(const Workspace& work, const Weights& weights,
+                                           const Eigen::MatrixXd& basis) {
+  const Workspace::Careful& careful = work.careful();
+  const EnclosedMatrix transposed(basis.transpose());
+  const EnclosedMatrix bounded = linalg::product(transposed, EnclosedMatrix(weights.bounds.transpose()));
+  const EnclosedMatrix bias =
+      linalg::product_minus(linalg::product(transposed, careful.information_transposed),
+                            careful.gain_information_transposed, transposed.hi);
+  const EnclosedMatrix form =
+      linalg::difference(linalg::product(bounded, linalg::scale_rows(bounded.transpose(), weights.rows),
+                                         linalg::ProductPart::kLower),
+                         careful.criterion.gram(bias));
+  // The trailing part, and what inflating by sums with it rounds.
+  Eigen::MatrixXd radius =
+      (1.0 + 0x1p-50) * (form.lo.cwiseAbs() + form.radius) + 0x1p-51 * form.hi.cwiseAbs();
+  return {UncertainForm{.middle = form.hi, .radius = std::move(radius), .left = {}, .right = {}}, bounded.hi,
+          2.0 * linalg::row_norms(bounded.radius), weights.rows};
+}
+
 /// Cheapest inflation for which the matrix inequality is proved, with the precision and in the basis that it
-/// needs; NaN if in none. `first` becomes the quick image of the first basis.
+/// needs; NaN if in none. `first` becomes the image of the first basis.
 inline Inflation prove_inequality(const Workspace& work, const Weights& weights,
                                   const Eigen::MatrixXd& prior_factor, const Eigen::MatrixXd& unbounded,
-                                  Image& first) {
+                                  QuickProof::Image& first) {
   Inflation best;
   for (int number = 0; number < kCongruenceBases; ++number) {
     const Eigen::MatrixXd basis = congruence_basis(number, prior_factor, weights.bounds, unbounded);
@@ -283,13 +259,14 @@ inline Inflation prove_inequality(const Workspace& work, const Weights& weights,
       continue;
     }
     for (const bool careful : {false, true}) {
-      const Image image =
-          careful ? careful_image(work, weights.bounds, basis) : quick_image(work, weights.bounds, basis);
-      const MatrixInequality inequality(image.bounded, weights.rows, image.bias, image.bias_image,
-                                        careful ? work.careful() : work.quick);
-      if (number == 0 && !careful) {
-        first = image;
+      QuickProof::Image other;
+      QuickProof::Image& image = number == 0 ? first : other;
+      if (!careful) {
+        image = work.quick.image(basis);
       }
+      const MatrixInequality inequality = careful
+                                              ? careful_inequality(work, weights, basis)
+                                              : work.quick.inequality(image, weights.bounds, weights.rows);
       if (inequality.holds()) {
         return {.amount = 0.0, .step = 0.0};
       }
@@ -302,10 +279,10 @@ inline Inflation prove_inequality(const Workspace& work, const Weights& weights,
 }
 
 inline void prove_upper(const Workspace& work, const CandidatePoint& point, UnboundedDirections unbounded,
-                        Image& first, Certificate& certificate) {
+                        QuickProof::Image& first, Certificate& certificate) {
   const auto s = static_cast<double>(std::max<Eigen::Index>(point.multipliers.size(), 1));
   Eigen::VectorXd multipliers = point.multipliers.cwiseMax(0.0);
-  const double noise = work.noise.upper();
+  const double noise = work.quick.noise().upper();
   const double scale = noise + multipliers.sum();
   if (!std::isfinite(scale)) {
     certificate.remark = "the gain or the multipliers are too large or not finite";
@@ -336,150 +313,59 @@ inline void prove_upper(const Workspace& work, const CandidatePoint& point, Unbo
       round_up(round_up(noise + certificate.envelope_multiplier) + sum_rounded_up(certificate.multipliers));
 }
 
-/// Y = (I + sigma^2 L'JL)^-1 sigma L' from L' and (F L)', through the QR factorisation of [I; sigma F L]
-/// where only the square root of the condition of I + sigma^2 L'JL may matter.
-inline Eigen::MatrixXd posterior_map(const Eigen::MatrixXd& prior_transposed,
-                                     const Eigen::MatrixXd& seen_transposed, double sigma) {
-  const Eigen::Index k = prior_transposed.rows();
-  Eigen::MatrixXd map = sigma * prior_transposed;
-  // The error enters squared: the plain normal equations do unless they are badly conditioned.
-  Eigen::MatrixXd normal = Eigen::MatrixXd::Identity(k, k);
-  normal.selfadjointView<Eigen::Lower>().rankUpdate(seen_transposed, sigma * sigma);
-  const linalg::Cholesky cholesky(normal);
-  if (cholesky.info() == Eigen::Success && normal.diagonal().maxCoeff() < kWellConditioned) {
-    cholesky.solveInPlace(map);
-    return map;
-  }
-  Eigen::MatrixXd both(k + seen_transposed.cols(), k);
-  both << Eigen::MatrixXd::Identity(k, k), sigma * seen_transposed.transpose();
-  const linalg::Qr qr(both);
-  const Eigen::MatrixXd r = qr.matrixQR().topRows(k);
-  r.triangularView<Eigen::Upper>().transpose().solveInPlace(map);
-  r.triangularView<Eigen::Upper>().solveInPlace(map);
-  return map;
-}
-
-/// Largest |a_l L|_F^2, rounded up; infinite if that is not known. bounded: transposed a_l L side by side.
-inline double largest_bound(const Workspace& work, const EnclosedMatrix& bounded) {
+/// Largest |a_l L|_F^2, rounded up; infinite or NaN if that is not known.
+inline double largest_bound(const Workspace& work, const Eigen::MatrixXd& factor) {
+  const linalg::SparseColumns transposed = linalg::SparseColumns(work.stacked).transpose();
+  Eigen::MatrixXd hi = Eigen::MatrixXd::Zero(factor.cols(), work.stacked.rows());
+  Eigen::MatrixXd lo(factor.cols(), work.stacked.rows());
+  linalg::add_sparse_product(factor.transpose(), {}, transposed, linalg::ProductPart::kFull, hi, lo);
+  // Norms of a row of a_l L, and of its error: of double-double arithmetic and, by far, the trailing part.
+  const auto terms = static_cast<double>(transposed.longest() + 5);
+  const auto size = static_cast<double>(factor.cols() + factor.rows());
+  const double slack = 1.0 + 8.0 * (size + 8.0) * linalg::kUnitRoundoff;
+  const Eigen::VectorXd norms = slack * ((1.0 + 0x1p-52) * linalg::column_norms(hi) +
+                                         (terms * terms * linalg::kUnitRoundoff * linalg::kUnitRoundoff) *
+                                             transposed.sizes_times(linalg::row_norms(factor)));
   double largest = 0.0;
   for (std::size_t l = 0; l + 1 < work.offset.size(); ++l) {
     double total = 0.0;
     for (Eigen::Index j = work.offset[l]; j < work.offset[l + 1]; ++j) {
-      for (Eigen::Index i = 0; i < bounded.rows(); ++i) {
-        const double size = (1.0 + 0x1p-50) * std::abs(bounded.hi(i, j)) + bounded.radius(i, j);
-        total += size * size;
-      }
+      total = round_up(total + round_up(norms(j) * norms(j)));
     }
-    const auto terms = static_cast<double>((work.offset[l + 1] - work.offset[l]) * bounded.rows());
-    total *= 1.0 + (terms + 8.0) * 0x1p-52;  // all roundings of the sum of non-negative terms
     largest = std::isfinite(total) ? std::max(largest, total) : std::numeric_limits<double>::infinity();
   }
-  return largest;
-}
-
-/// A prior factor L, p x k, and what problem and bounds make of it, transposed.
-struct Prior {
-  EnclosedMatrix factor;   ///< L'
-  EnclosedMatrix seen;     ///< (F L)'
-  EnclosedMatrix bounded;  ///< (stacked factors times L)'
-  EnclosedMatrix bias;     ///< (E L)'
-};
-
-/// near: quick image of a basis W next to L, so that E L = E W + E (L - W) needs few digits of the second
-/// term; empty or of another shape where there is none.
-inline Prior make_prior(const Workspace& work, const Eigen::MatrixXd& factor, const Image& near) {
-  Prior prior;
-  prior.factor = EnclosedMatrix(factor.transpose());
-  prior.seen = linalg::product(prior.factor, work.information_transposed);
-  prior.bounded = linalg::product(prior.factor, EnclosedMatrix(work.stacked.transpose()));
-  if (near.basis.cols() == factor.cols()) {
-    const EnclosedMatrix rest =
-        linalg::product(work.error, EnclosedMatrix(factor - near.basis), Precision::kDouble);
-    prior.bias = linalg::sum(near.bias, rest.transpose());
-  } else {
-    prior.bias = linalg::product(work.error, EnclosedMatrix(factor)).transpose();
-  }
-  return prior;
-}
-
-/// Lower bound from K, if it is nearly the best estimator for the prior V = sigma^2 L L':
-///
-///   min over K of |C K F'|^2 + sigma^2 |C E L|^2 >= its value for this K - |R|^2,
-///   R = C (K F' + sigma^2 E L (F L)'),
-///
-/// by duality of least squares: the residual R of the optimality condition is zero for the best K.
-struct NearbyValue {
-  double bound = -std::numeric_limits<double>::infinity();
-  double loss = std::numeric_limits<double>::infinity();  ///< |R|^2, rounded up
-};
-
-inline NearbyValue nearby_value(const Workspace& work, const Prior& prior, double sigma) {
-  const double share = round_down(sigma * sigma);  // V = share L L'
-  const EnclosedMatrix& noise = work.gain_information_transposed;
-  EnclosedMatrix residual = work.quick.multiply(prior.seen.transpose(), prior.bias);
-  constexpr double kRoundings = 0x1p-51;  // of the sum, and the trailing part of the noise
-  residual.radius = (1.0 + 0x1p-50) * (share * residual.radius + noise.radius +
-                                       kRoundings * (share * residual.hi.cwiseAbs() + noise.hi.cwiseAbs()));
-  residual.hi = share * residual.hi + noise.hi;
-  const Enclosure bias = work.quick.trace(prior.bias);
-  NearbyValue result;
-  result.loss = work.quick.trace(residual).upper();
-  result.bound = round_down(round_down(work.noise.lower() + round_down(share * std::max(bias.lower(), 0.0))) -
-                            result.loss);
-  return result;
+  return linalg::entries_in_range(factor) && linalg::entries_in_range(work.stacked)
+             ? largest
+             : std::numeric_limits<double>::infinity();
 }
 
 /// Lower bound of the value for the prior L L' scaled into the bounds; -infinity where nothing is proved.
-/// near: image of a basis next to L, empty where there is none; upper: what is proved on the other side,
-/// below which a small share of the gap may be lost.
-inline double lower_bound(const Workspace& work, const Eigen::MatrixXd& prior_factor, const Image& near,
-                          double upper) {
-  const Prior prior = make_prior(work, prior_factor, near);
-  const double largest = largest_bound(work, prior.bounded);
+/// image: of L.
+inline double lower_bound(const Workspace& work, const Eigen::MatrixXd& factor,
+                          const QuickProof::Image& image, double upper) {
+  const double largest = largest_bound(work, factor);
   if (!std::isfinite(largest)) {
     return -std::numeric_limits<double>::infinity();
   }
-  const double sigma = largest > 0.0 ? round_down(round_down(1.0 / round_up(std::sqrt(largest)))) : 1.0;
-  const NearbyValue nearby = nearby_value(work, prior, sigma);
-  const double negligible =
-      std::max(kNegligible * nearby.bound, std::isfinite(upper) ? kShareOfGap * (upper - nearby.bound) : 0.0);
-  if (nearby.loss <= negligible) {
-    return nearby.bound;
-  }
-  const Eigen::MatrixXd map = posterior_map(prior.factor.hi, prior.seen.hi, sigma);
-  if (!map.allFinite()) {
-    return nearby.bound;
-  }
-  const EnclosedMatrix y(map);
-  for (const bool careful : {false, true}) {
-    const EnclosedCriterion& criterion = careful ? work.careful() : work.quick;
-    const EnclosedMatrix image = criterion.image(y);
-    const Enclosure gain = criterion.trace(y, image, criterion.image(prior.factor));
-    const Enclosure spread = criterion.trace(y, image, image);
-    const Enclosure measured = criterion.trace(criterion.multiply(prior.seen.transpose(), y));
-    const double sigma_squared = round_up(sigma * sigma);
-    const double first =
-        gain.lower() > 0.0 ? round_down(2.0 * sigma * gain.lower()) : round_up(2.0 * sigma) * gain.lower();
-    const double bound =
-        round_down(round_down(first - spread.upper()) - round_up(sigma_squared * measured.upper()));
-    const double uncertainty = 2.0 * sigma * gain.radius + spread.radius + sigma_squared * measured.radius;
-    if (careful || uncertainty <= negligible) {
-      return std::max(bound, nearby.bound);
-    }
-  }
-  return nearby.bound;
+  return work.quick.lower_bound({.factor = factor, .share = largest > 0.0 ? round_down(1.0 / largest) : 1.0},
+                                image, upper);
 }
 
+/// first: image of the first basis, if that was tried.
 inline void prove_lower(const Workspace& work, const CandidatePoint& point,
-                        const UnboundedDirections& unbounded, const Image& near, Certificate& certificate) {
+                        const UnboundedDirections& unbounded, const QuickProof::Image& first,
+                        Certificate& certificate) {
+  const Eigen::MatrixXd& factor = point.prior_factor;
   double lower = 0.0;  // an error is never negative
-  if (point.prior_factor.cols() > 0) {
-    lower = std::max(lower, lower_bound(work, point.prior_factor, near, certificate.upper));
+  if (factor.cols() > 0) {
+    const bool is_first = unbounded.directions.cols() == 0 && first.product.factor.cols() == factor.cols();
+    lower = std::max(
+        lower, lower_bound(work, factor, is_first ? first : work.quick.image(factor), certificate.upper));
   }
   if (unbounded.directions.cols() > 0) {
     const Eigen::MatrixXd extended =
-        extend_prior(point.prior_factor, work.stacked, work.problem.information_factor, unbounded.directions);
-    lower = std::max(lower, lower_bound(work, extended, {}, certificate.upper));
+        extend_prior(factor, work.stacked, work.problem.information_factor, unbounded.directions);
+    lower = std::max(lower, lower_bound(work, extended, work.quick.image(extended), certificate.upper));
   }
   certificate.lower = lower;
 }
@@ -496,7 +382,7 @@ TRAMMEL_INLINE Certificate verify(const GuaranteedProblem& problem, const Candid
   }
   const detail::Workspace work(problem, point.gain);
   const UnboundedDirections unbounded = find_unbounded_directions(work.stacked);
-  detail::Image first;
+  QuickProof::Image first;
   detail::prove_upper(work, point, unbounded, first, certificate);
   detail::prove_lower(work, point, unbounded, first, certificate);
   const std::string_view defect = arithmetic_defect();

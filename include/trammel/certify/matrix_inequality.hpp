@@ -3,33 +3,36 @@
 /// The matrix inequality of the upper bound, enclosed and proved in one basis.
 #pragma once
 
+#include <utility>
+
 #include <Eigen/Core>
 
-#include "trammel/certify/enclosed_criterion.hpp"
+#include "trammel/certify/verified_cholesky.hpp"
 #include "trammel/core/config.hpp"
-#include "trammel/linalg/double_double.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::certify {
 
 /// W'(H(lambda) - E'SE)W positive definite, in a square basis W.
 ///
-/// | symbol   | argument   | shape  | meaning                                             |
-/// |----------|------------|--------|-----------------------------------------------------|
-/// | (A W)'   | bounded    | p x q  | transposed stacked factors of the bounds times W    |
-/// | lambda   | rows       | q      | multiplier of each row of A                         |
-/// | (E W)'   | bias       | p x p  | transposed (K J - I) W                              |
-/// | (C E W)' | bias_image | p x c  | criterion.image(bias)                               |
+/// | symbol | argument | shape | meaning                                                          |
+/// |--------|----------|-------|------------------------------------------------------------------|
+/// | X      | form     | p x p | W'(H(lambda) - E'SE)W                                            |
+/// | (A W)' | bounded  | p x q | transposed stacked factors of the bounds times W                 |
+/// |        | error    | p     | Euclidean norms of the errors of its rows, beside u of each norm |
+/// | lambda | rows     | q     | multiplier of each row of A                                      |
 ///
-/// The products are enclosed in the criterion's precision and the definiteness proved by
-/// positive_definite(). If it holds for one W it holds for H(lambda) - E'SE, and W is invertible.
+/// Definiteness is proved by positive_definite(). If it holds for one W it holds for H(lambda) - E'SE, and W
+/// is invertible.
 class MatrixInequality {
  public:
-  MatrixInequality(const linalg::EnclosedMatrix& bounded, const Eigen::VectorXd& rows,
-                   const linalg::EnclosedMatrix& bias, const linalg::EnclosedMatrix& bias_image,
-                   const EnclosedCriterion& criterion);
+  MatrixInequality(UncertainForm form, Eigen::MatrixXd bounded, Eigen::VectorXd error, Eigen::VectorXd rows)
+      : form_(std::move(form)),
+        bounded_(std::move(bounded)),
+        error_(std::move(error)),
+        rows_(std::move(rows)) {}
 
   /// True only if it is proved as it stands.
-  [[nodiscard]] bool holds() const;
+  [[nodiscard]] bool holds() const { return positive_definite(form_); }
 
   /// The inequality with multipliers lambda (1 + t) + t step; those of the first `growing` rows grow by
   /// `step`, all by the factor.
@@ -50,16 +53,20 @@ class MatrixInequality {
 
    private:
     const MatrixInequality& of_;
-    Eigen::MatrixXd growth_;
-    Eigen::MatrixXd radius_;
+    UncertainForm growth_;  ///< W'(H(lambda) + step sum H_l)W
   };
 
  private:
-  const linalg::EnclosedMatrix& bounded_;
-  linalg::EnclosedMatrix bound_form_;  ///< W'H(lambda)W
-  Eigen::MatrixXd base_;               ///< midpoint of W'(H(lambda) - E'SE)W
-  Eigen::MatrixXd base_radius_;
+  UncertainForm form_;
+  Eigen::MatrixXd bounded_;
+  Eigen::VectorXd error_;
+  Eigen::VectorXd rows_;
 };
+
+/// (A W)' diag(lambda) A W, lower triangle, in plain arithmetic; arguments as above. terms: number of
+/// products that will be added to each entry in all.
+[[nodiscard]] UncertainForm weighted_gram(const Eigen::MatrixXd& bounded, const Eigen::VectorXd& error,
+                                          const Eigen::VectorXd& rows, Eigen::Index terms);
 
 }  // namespace trammel::inline TRAMMEL_ABI::certify
 

@@ -8,6 +8,8 @@
 
 #include "trammel/certify/matrix_inequality.hpp"
 #include "trammel/certify/verified_cholesky.hpp"
+#include "trammel/linalg/dense_kernels.hpp"
+#include "trammel/linalg/error_norms.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::certify {
 
@@ -23,48 +25,50 @@ inline constexpr int kRefinements = 4;
 
 }  // namespace inequality_detail
 
-TRAMMEL_INLINE MatrixInequality::MatrixInequality(const linalg::EnclosedMatrix& bounded,
-                                                  const Eigen::VectorXd& rows,
-                                                  const linalg::EnclosedMatrix& bias,
-                                                  const linalg::EnclosedMatrix& bias_image,
-                                                  const EnclosedCriterion& criterion)
-    : bounded_(bounded),
-      bound_form_(criterion.multiply(bounded, linalg::scale_rows(bounded.transpose(), rows),
-                                     linalg::ProductPart::kLower)) {
-  const linalg::EnclosedMatrix base = linalg::difference(bound_form_, criterion.gram(bias, bias_image));
-  base_ = base.hi;
-  base_radius_ = (1.0 + 0x1p-50) * (base.lo.cwiseAbs() + base.radius);
+TRAMMEL_INLINE UncertainForm weighted_gram(const Eigen::MatrixXd& bounded, const Eigen::VectorXd& error,
+                                           const Eigen::VectorXd& rows, Eigen::Index terms) {
+  using linalg::kUnitRoundoff;
+  const Eigen::VectorXd roots = rows.cwiseSqrt();
+  const Eigen::MatrixXd weighted = bounded * roots.asDiagonal();
+  UncertainForm form;
+  form.middle = Eigen::MatrixXd::Zero(bounded.rows(), bounded.rows());
+  linalg::Dense<double>::add_symmetric_nt(weighted, weighted, 1.0, form.middle);
+  // Rows of `weighted`: one rounding each of the root, the product and the trailing part of `bounded`, and
+  // `error`; sums of products by Cauchy and Schwarz.
+  const double largest = roots.size() > 0 ? roots.maxCoeff() : 0.0;
+  const double slack = 1.0 + 4.0 * static_cast<double>(rows.size() + 8) * kUnitRoundoff;
+  const Eigen::VectorXd errors =
+      4.0 * kUnitRoundoff * linalg::row_norms(weighted) + (slack * largest) * error;
+  form.left = slack * (linalg::row_norms(weighted) + errors);
+  form.right = (static_cast<double>(terms + 8) * kUnitRoundoff) * form.left + slack * errors;
+  return form;
 }
-
-TRAMMEL_INLINE bool MatrixInequality::holds() const { return positive_definite(base_, base_radius_); }
 
 TRAMMEL_INLINE MatrixInequality::Growth::Growth(const MatrixInequality& inequality, double step,
                                                 Eigen::Index growing)
-    : of_(inequality), growth_(inequality.bound_form_.hi) {
-  // W'(H(lambda) + step sum H_l)W may be known to double precision only: it is multiplied by t. Its error is
-  // the usual gamma_n |X|'|X|, here with a comfortable constant and by norms of the columns, plus what
-  // `bounded` leaves open.
-  const auto points = inequality.bounded_.hi.leftCols(growing);
-  growth_.noalias() += step * (points * points.transpose());
-  const double gamma = 4.0 * (static_cast<double>(growing) + 4.0) * 0x1p-53;
-  const Eigen::VectorXd sizes = points.rowwise().norm();
-  Eigen::VectorXd errors = (gamma + 0x1p-50) * sizes;
-  if (inequality.bounded_.radius.size() != 0) {
-    errors += 4.0 * inequality.bounded_.radius.leftCols(growing).rowwise().norm();
-  }
-  radius_ = step * (sizes * errors.transpose() + errors * sizes.transpose()) + inequality.bound_form_.radius +
-            0x1p-50 * (growth_.cwiseAbs() + inequality.bound_form_.hi.cwiseAbs());
+    : of_(inequality) {
+  Eigen::VectorXd rows = inequality.rows_;
+  rows.head(growing).array() += step;
+  growth_ = weighted_gram(inequality.bounded_, inequality.error_, rows, rows.size());
+  // The sums rows + step, t growth and its sum with the form, none larger than the sizes on the left.
+  growth_.right += 0x1p-51 * growth_.left;
 }
 
 TRAMMEL_INLINE bool MatrixInequality::Growth::holds_at(double t) const {
-  const Eigen::MatrixXd total = of_.base_ + t * growth_;
-  const Eigen::MatrixXd radius =
-      (1.0 + 0x1p-50) * (of_.base_radius_ + t * radius_) + 0x1p-52 * total.cwiseAbs();
-  return positive_definite(total, radius);
+  const Eigen::Index columns = of_.form_.left.cols();
+  UncertainForm total;
+  total.middle = of_.form_.middle + t * growth_.middle;
+  total.radius = of_.form_.radius;
+  total.left.resize(total.middle.rows(), columns + 1);
+  total.right.resize(total.middle.rows(), columns + 1);
+  total.left << of_.form_.left, t * growth_.left;
+  total.right << of_.form_.right, growth_.right;
+  return positive_definite(total);
 }
 
 TRAMMEL_INLINE bool MatrixInequality::Growth::may_hold_at(double t) const {
-  return positive_definite(of_.base_ + t * growth_, Eigen::MatrixXd::Zero(growth_.rows(), growth_.cols()));
+  return positive_definite(
+      UncertainForm{.middle = of_.form_.middle + t * growth_.middle, .radius = {}, .left = {}, .right = {}});
 }
 
 TRAMMEL_INLINE double MatrixInequality::Growth::find_inflation() const {

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "trammel/linalg/coarse_product.hpp"
-#include "trammel/linalg/product_norms.hpp"
+#include "trammel/linalg/error_norms.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::linalg {
 
@@ -51,14 +51,14 @@ struct Slices {
   Eigen::MatrixXd second;
   Eigen::MatrixXd third;
 
-  Slices(const EnclosedMatrix& a, const Eigen::VectorXd& scale) {
+  Slices(const Eigen::MatrixXd& a, const Eigen::MatrixXd& low, const Eigen::VectorXd& scale) {
     const int bits = slice_bits(a.cols());
     third.resize(a.rows(), a.cols());
     first.resize(a.rows(), a.cols());
     second.resize(a.rows(), a.cols());
     Eigen::VectorXd anchor = Eigen::VectorXd::Zero(a.rows());
     for (Eigen::Index k = 0; k < a.cols(); ++k) {
-      third.col(k) = scale(k) * a.hi.col(k);
+      third.col(k) = scale(k) * a.col(k);
       anchor = anchor.cwiseMax(third.col(k).cwiseAbs());
     }
     for (double& entry : anchor) {
@@ -71,48 +71,39 @@ struct Slices {
       rest -= first.col(k);
       second.col(k) = (rest + finer) - finer;
       rest -= second.col(k);
-      if (a.lo.size() != 0) {
-        rest += scale(k) * a.lo.col(k);
-      }
+      rest += scale(k) * low.col(k);
     }
   }
 };
 
 }  // namespace coarse_product_detail
 
-TRAMMEL_INLINE CoarseProduct coarse_product(const EnclosedMatrix& a, const Eigen::MatrixXd& b) {
-  using namespace double_double_detail;
-  const auto terms = static_cast<double>(a.cols());
-  const Eigen::VectorXd scale = balance(a.hi, b);
-  const Eigen::VectorXd ones = Eigen::VectorXd::Ones(a.cols());
+TRAMMEL_INLINE CoarseProduct coarse_product(const Eigen::MatrixXd& a_hi, const Eigen::MatrixXd& a_lo,
+                                            const Eigen::MatrixXd& b, const Eigen::VectorXd& scale) {
+  const auto terms = static_cast<double>(a_hi.cols());
+  const Eigen::VectorXd ones = Eigen::VectorXd::Ones(a_hi.cols());
   Eigen::MatrixXd coarse = scale.cwiseInverse().asDiagonal() * b;
   coarse_product_detail::make_coarse(coarse);
-  const coarse_product_detail::Slices slices(a, scale);
+  const coarse_product_detail::Slices slices(a_hi, a_lo, scale);
   CoarseProduct result;
+  result.hi.noalias() = slices.first * coarse;
+  result.lo.noalias() = slices.second * coarse;
+  const Eigen::MatrixXd rest = slices.third * coarse;
+  for (Eigen::Index i = 0; i < rest.size(); ++i) {
+    const DoubleDouble exact = two_sum(result.hi.data()[i], result.lo.data()[i]);
+    const DoubleDouble normal = two_sum(exact.hi, exact.lo + rest.data()[i]);
+    result.hi.data()[i] = normal.hi;
+    result.lo.data()[i] = normal.lo;
+  }
+  // Norms round at most terms + 4 times; the sum of the low parts is rounded once, by u^2
+  // of the high one and u of A3 W, which is among the six.
+  const double slack = 1.0 + 8.0 * (terms + 8.0) * kUnitRoundoff;
+  result.row_error = (slack * (terms + 6.0) * kUnitRoundoff) * row_norms(slices.third, ones);
+  result.column_size = slack * column_norms(coarse, ones);
+  if (!(entries_in_range(a_hi) && entries_in_range(b))) {
+    result.row_error.setConstant(std::numeric_limits<double>::infinity());
+  }
   result.factor = scale.asDiagonal() * coarse;
-  EnclosedMatrix& product = result.product;
-  product.hi.noalias() = slices.first * coarse;
-  product.lo.noalias() = slices.second * coarse;
-  product.radius.noalias() = slices.third * coarse;  // not yet the radius
-  Eigen::VectorXd a_error = ((terms + 6.0) * kUnitRoundoff) * row_norms(slices.third, ones);
-  if (a.radius.size() != 0) {
-    a_error += row_norms(a.radius, scale);
-  }
-  // Norms and sums round at most terms + 8 times.
-  const Eigen::VectorXd size = (1.0 + 8.0 * (terms + 8.0) * kUnitRoundoff) * column_norms(coarse, ones);
-  const bool in_range = entries_in_range(a.hi) && entries_in_range(b);
-  for (Eigen::Index j = 0; j < b.cols(); ++j) {
-    for (Eigen::Index i = 0; i < a.rows(); ++i) {
-      const DoubleDouble exact = two_sum(product.hi(i, j), product.lo(i, j));
-      const DoubleDouble normal = two_sum(exact.hi, exact.lo + product.radius(i, j));
-      product.hi(i, j) = normal.hi;
-      product.lo(i, j) = normal.lo;
-      // The sum of the low parts is rounded once: u^2 of the high one, and u of A3 W as in the norms.
-      const double radius =
-          a_error(i) * size(j) + 4.0 * kUnitRoundoff * kUnitRoundoff * std::abs(exact.hi) + kUnderflow;
-      product.radius(i, j) = in_range ? radius * (1.0 + 0x1p-50) : std::numeric_limits<double>::infinity();
-    }
-  }
   return result;
 }
 

@@ -97,14 +97,8 @@ struct EnclosedMatrix {
 /// Which entries of a product are computed; the others are left zero.
 enum class ProductPart { kFull, kLower };
 
-/// Arithmetic of a product. kDouble takes the leading parts alone, at the speed of a plain product: radius
-/// 2 (n + 5) u times norms of row and column (in place of |A||B|) beside what the radii of the factors cause;
-/// where B is sparse, with |A||B| and n the most non-zeros of a column.
-enum class Precision { kDouble, kDoubleDouble };
-
 /// A B.
 [[nodiscard]] EnclosedMatrix product(const EnclosedMatrix& a, const EnclosedMatrix& b,
-                                     Precision precision = Precision::kDoubleDouble,
                                      ProductPart part = ProductPart::kFull);
 /// A B - C, C exact with the shape of the product: no digits are lost where A B is close to C. Not in
 /// kDouble.

@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 /// @file
-/// What the enclosed products share: norms of the factors, range of the entries, products by part.
+/// Sizes of matrices for bounds of rounding errors. None of the norms includes its own roundings, at most one
+/// per term and four more.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 
 #include <Eigen/Core>
 
 #include "trammel/core/config.hpp"
-#include "trammel/linalg/double_double.hpp"
 
-namespace trammel::inline TRAMMEL_ABI::linalg::double_double_detail {
+namespace trammel::inline TRAMMEL_ABI::linalg {
 
 inline constexpr double kUnitRoundoff = 0x1p-53;
 /// Entries beyond this could overflow in products of products.
@@ -27,23 +26,19 @@ inline bool entries_in_range(const Eigen::MatrixXd& x) {
 
 /// Powers of two d that make column k of A diag(d) and row k of diag(d)^-1 B about equally large.
 inline Eigen::VectorXd balance(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
-  Eigen::VectorXd a_size = Eigen::VectorXd::Zero(a.cols());
+  Eigen::VectorXd scale(a.cols());
   Eigen::VectorXd b_size = Eigen::VectorXd::Zero(a.cols());
-  for (Eigen::Index k = 0; k < a.cols(); ++k) {
-    a_size(k) = a.col(k).lpNorm<Eigen::Infinity>();
-  }
   for (Eigen::Index j = 0; j < b.cols(); ++j) {
     b_size = b_size.cwiseMax(b.col(j).cwiseAbs());
   }
   for (Eigen::Index k = 0; k < a.cols(); ++k) {
-    const double ratio = b_size(k) / a_size(k);
-    a_size(k) =
-        std::isfinite(ratio) && ratio > 0.0 ? std::ldexp(1.0, static_cast<int>(std::ilogb(ratio) / 2)) : 1.0;
+    const double ratio = b_size(k) / a.col(k).lpNorm<Eigen::Infinity>();
+    scale(k) = std::isfinite(ratio) && ratio > 0.0 ? std::ldexp(1.0, std::ilogb(ratio) / 2) : 1.0;
   }
-  return a_size;
+  return scale;
 }
 
-/// Euclidean norms of the rows of X diag(scale), but for roundings.
+/// Euclidean norms of the rows of X diag(scale).
 inline Eigen::VectorXd row_norms(const Eigen::MatrixXd& x, const Eigen::VectorXd& scale) {
   Eigen::VectorXd squares = Eigen::VectorXd::Zero(x.rows());
   for (Eigen::Index k = 0; k < x.cols(); ++k) {
@@ -52,7 +47,11 @@ inline Eigen::VectorXd row_norms(const Eigen::MatrixXd& x, const Eigen::VectorXd
   return (squares.cwiseSqrt().array() + kSmallestNorm).matrix();
 }
 
-/// Euclidean norms of the columns of diag(scale)^-1 X, but for roundings.
+inline Eigen::VectorXd row_norms(const Eigen::MatrixXd& x) {
+  return row_norms(x, Eigen::VectorXd::Ones(x.cols()));
+}
+
+/// Euclidean norms of the columns of diag(scale)^-1 X.
 inline Eigen::VectorXd column_norms(const Eigen::MatrixXd& x, const Eigen::VectorXd& scale) {
   const Eigen::VectorXd inverse = scale.cwiseInverse();
   Eigen::VectorXd norms(x.cols());
@@ -62,18 +61,35 @@ inline Eigen::VectorXd column_norms(const Eigen::MatrixXd& x, const Eigen::Vecto
   return norms;
 }
 
-/// c += a b, or its lower triangle (with parts of the upper one).
-template <class A, class B>
-inline void add_product(const A& a, const B& b, ProductPart part, Eigen::MatrixXd& c) {
-  constexpr Eigen::Index kPanel = 96;
-  if (part == ProductPart::kFull) {
-    c.noalias() += a * b;
-    return;
-  }
-  for (Eigen::Index j = 0; j < c.cols(); j += kPanel) {
-    const Eigen::Index width = std::min(kPanel, c.cols() - j);
-    c.block(j, j, c.rows() - j, width).noalias() += a.bottomRows(c.rows() - j) * b.middleCols(j, width);
-  }
+inline Eigen::VectorXd column_norms(const Eigen::MatrixXd& x) {
+  return column_norms(x, Eigen::VectorXd::Ones(x.rows()));
 }
 
-}  // namespace trammel::inline TRAMMEL_ABI::linalg::double_double_detail
+/// |X| y.
+inline Eigen::VectorXd sizes_times(const Eigen::MatrixXd& x, const Eigen::VectorXd& y) {
+  Eigen::VectorXd result = Eigen::VectorXd::Zero(x.rows());
+  for (Eigen::Index k = 0; k < x.cols(); ++k) {
+    result += y(k) * x.col(k).cwiseAbs();
+  }
+  return result;
+}
+
+/// |X|' y.
+inline Eigen::VectorXd transposed_sizes_times(const Eigen::MatrixXd& x, const Eigen::VectorXd& y) {
+  Eigen::VectorXd result(x.cols());
+  for (Eigen::Index k = 0; k < x.cols(); ++k) {
+    result(k) = x.col(k).cwiseAbs().dot(y);
+  }
+  return result;
+}
+
+/// Inner products of the rows of X and Y.
+inline Eigen::VectorXd row_products(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y) {
+  Eigen::VectorXd result = Eigen::VectorXd::Zero(x.rows());
+  for (Eigen::Index k = 0; k < x.cols(); ++k) {
+    result += x.col(k).cwiseProduct(y.col(k));
+  }
+  return result;
+}
+
+}  // namespace trammel::inline TRAMMEL_ABI::linalg
