@@ -36,10 +36,11 @@ using linalg::sum_rounded_up;
 /// Every proof begins with multipliers inflated by this much, which nobody notices: it makes room for the
 /// radii of plain arithmetic.
 inline constexpr double kFirstInflation = 1e-12;
-/// An inflation above this is worth a second try with more digits or in a better conditioned basis ...
+/// An inflation above this is worth a second try with other steps if that brings it below the first share, or
+/// with more digits or in a better conditioned basis if that may bring it below the second.
 inline constexpr double kGoodInflation = 1e-10;
-/// ... if that may bring it below this share.
-inline constexpr double kWorthwhile = 0.9;
+inline constexpr double kWorthOtherSteps = 0.9;
+inline constexpr double kWorthMoreDigits = 0.5;
 /// Share of the upper bound spent on the envelope ...
 inline constexpr double kEnvelopeShare = 1e-11;
 /// ... and the envelope's size: what the unbounded directions may add to the bias, relative to the upper
@@ -210,18 +211,20 @@ inline bool search_inflation(const MatrixInequality& inequality, const Weights& 
   bool may_improve = false;
   for (const double share : kStepShares) {
     const double step = share * weights.step;
-    const double unit_cost = weights.total + weights.count * step;
-    const double worthwhile =
-        kWorthwhile * best.amount * (weights.total + weights.count * best.step) / unit_cost;
     const MatrixInequality::Growth growth(inequality, step, growing);
-    if (std::isnan(best.amount) || growth.holds_at(worthwhile)) {
+    // As much as the best one costs.
+    const auto equal_cost = [&] {
+      return best.amount * (weights.total + weights.count * best.step) /
+             (weights.total + weights.count * step);
+    };
+    if (std::isnan(best.amount) || growth.holds_at(kWorthOtherSteps * equal_cost())) {
       best = {.amount = growth.find_inflation(), .step = step};
     }
     if (best.amount <= kGoodInflation) {
       return false;
     }
-    may_improve = may_improve || std::isnan(best.amount) ||
-                  growth.may_hold_at(best.step == step ? kWorthwhile * best.amount : worthwhile);
+    may_improve =
+        may_improve || std::isnan(best.amount) || growth.may_hold_at(kWorthMoreDigits * equal_cost());
   }
   return may_improve;
 }

@@ -122,7 +122,7 @@ inline bool positive_definite(const Eigen::MatrixXd& a, const Eigen::MatrixXd& r
   double largest = 0.0;
   double widest = 0.0;
   for (Eigen::Index i = 0; i < n; ++i) {
-    trace = round_up(trace + scaled(i, i));
+    trace += scaled(i, i);
     largest = std::max(largest, scaled(i, i));
     if (!std::isfinite(row_sum(i) + factored)) {
       return false;
@@ -131,9 +131,10 @@ inline bool positive_definite(const Eigen::MatrixXd& a, const Eigen::MatrixXd& r
   }
   // A few roundings up: each of the terms has at most n + 4 operations.
   const double slack = 1.0 + 4.0 * (size + 4.0) * kUnitRoundoff;
-  const double shift = slack * (gamma * trace / 2.0 + 4.0 * kSmallest * size * (count + largest) + widest);
+  const double shift =
+      round_up(slack * (gamma * trace / 2.0 + 4.0 * kSmallest * size * (count + largest) + widest));
   for (Eigen::Index i = 0; i < n; ++i) {
-    scaled(i, i) = linalg::round_down(scaled(i, i) - round_up(shift));
+    scaled(i, i) = linalg::round_down(scaled(i, i) - shift);
   }
   return cholesky_succeeds(scaled);
 }
