@@ -222,7 +222,7 @@ TEST(QuickProof, EveryStatementHoldsInRationalArithmetic) {
     const exact::Matrix image = c * exact::Matrix(factor);
     const exact::Matrix m = unit + exact::transpose(seen) * seen;
     const Rational value = exact::trace(image * exact::solve(m, exact::transpose(image)));
-    const auto around = proof.image(factor);
+    const auto around = proof.image(factor, bounds);
     const double lower = proof.lower_bound({.factor = factor, .share = 1.0}, around, 1e300);
     const double infinity = std::numeric_limits<double>::infinity();
     const double careful = proof.lower_bound({.factor = factor, .share = 1.0}, around, -infinity);
@@ -236,7 +236,7 @@ TEST(QuickProof, EveryStatementHoldsInRationalArithmetic) {
     const exact::Matrix form =
         Rational(rows(0)) * (exact::transpose(exact::Matrix(bounds)) * exact::Matrix(bounds)) -
         exact::transpose(seen_error) * seen_error;
-    const bool proved = proof.inequality(around, bounds, rows).holds();
+    const bool proved = proof.inequality(around, rows).holds();
     const bool truth = exact::positive_definite(form);
     EXPECT_FALSE(proved && !truth);
     EXPECT_EQ(proved, truth);  // none of these is close to singular

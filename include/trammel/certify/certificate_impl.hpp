@@ -21,7 +21,6 @@
 #include "trammel/core/error.hpp"
 #include "trammel/linalg/double_double.hpp"
 #include "trammel/linalg/error_norms.hpp"
-#include "trammel/linalg/sparse_columns.hpp"
 #include "trammel/minimax/prior_state.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::certify {
@@ -251,29 +250,31 @@ inline MatrixInequality careful_inequality(const Workspace& work, const Weights&
 }
 
 /// Cheapest inflation for which the matrix inequality is proved, with the precision and in the basis that it
-/// needs; NaN if in none. `first` becomes the image of the first basis.
+/// needs; NaN if in none. tried: what was not proved in the first basis, null if nothing was tried.
 inline Inflation prove_inequality(const Workspace& work, const Weights& weights,
                                   const Eigen::MatrixXd& prior_factor, const Eigen::MatrixXd& unbounded,
-                                  QuickProof::Image& first) {
+                                  const MatrixInequality* tried) {
   Inflation best;
+  const Eigen::Index growing = work.stacked.rows();
   for (int number = 0; number < kCongruenceBases; ++number) {
     const Eigen::MatrixXd basis = congruence_basis(number, prior_factor, weights.bounds, unbounded);
     if (basis.size() == 0) {
       continue;
     }
     for (const bool careful : {false, true}) {
-      QuickProof::Image other;
-      QuickProof::Image& image = number == 0 ? first : other;
-      if (!careful) {
-        image = work.quick.image(basis);
+      if (number == 0 && !careful && tried != nullptr) {
+        if (!search_inflation(*tried, weights, growing, best)) {
+          return best;
+        }
+        continue;
       }
-      const MatrixInequality inequality = careful
-                                              ? careful_inequality(work, weights, basis)
-                                              : work.quick.inequality(image, weights.bounds, weights.rows);
+      const MatrixInequality inequality =
+          careful ? careful_inequality(work, weights, basis)
+                  : work.quick.inequality(work.quick.image(basis, weights.bounds), weights.rows);
       if (inequality.holds()) {
         return {.amount = 0.0, .step = 0.0};
       }
-      if (!search_inflation(inequality, weights, work.stacked.rows(), best)) {
+      if (!search_inflation(inequality, weights, growing, best)) {
         return best;
       }
     }
@@ -281,31 +282,53 @@ inline Inflation prove_inequality(const Workspace& work, const Weights& weights,
   return best;
 }
 
-inline void prove_upper(const Workspace& work, const CandidatePoint& point, UnboundedDirections unbounded,
-                        QuickProof::Image& first, Certificate& certificate) {
+/// What is left for the lower bound.
+struct UpperProof {
+  UnboundedDirections unbounded;
+  QuickProof::Image image;  ///< of the prior factor, empty unless that is square
+};
+
+inline UpperProof prove_upper(const Workspace& work, const CandidatePoint& point, Certificate& certificate) {
   const auto s = static_cast<double>(std::max<Eigen::Index>(point.multipliers.size(), 1));
+  const Eigen::Index p = work.stacked.cols();
+  UpperProof proof;
+  proof.unbounded.directions.resize(p, 0);
   Eigen::VectorXd multipliers = point.multipliers.cwiseMax(0.0);
   const double noise = work.quick.noise().upper();
   const double scale = noise + multipliers.sum();
   if (!std::isfinite(scale)) {
     certificate.remark = "the gain or the multipliers are too large or not finite";
-    return;
+    proof.unbounded = find_unbounded_directions(work.stacked);
+    return proof;
   }
   multipliers = inflate(multipliers, {.amount = kFirstInflation, .step = scale / s});
-  const Envelope envelope = make_envelope(work, scale, unbounded);
-  Weights weights{.bounds = with_envelope(work, envelope),
-                  .rows = {},
+  Weights weights{.bounds = work.stacked,
+                  .rows = work.per_row(multipliers),
                   .step = scale / s,
                   .total = multipliers.sum(),
                   .count = s};
-  weights.rows.resize(weights.bounds.rows());
-  weights.rows << work.per_row(multipliers),
-      Eigen::VectorXd::Constant(envelope.rows.rows(), envelope.multiplier);
-  const Inflation inflation =
-      prove_inequality(work, weights, point.prior_factor, unbounded.directions, first);
+  Inflation inflation{.amount = 0.0, .step = 0.0};
+  Envelope envelope{.rows = Eigen::MatrixXd(0, p), .multiplier = 0.0};
+  std::optional<MatrixInequality> first;
+  if (point.prior_factor.cols() == p) {
+    proof.image = work.quick.image(point.prior_factor, work.stacked);
+    first.emplace(work.quick.inequality(proof.image, weights.rows));
+  }
+  // If it holds, no direction is unbounded.
+  if (!first || !first->holds()) {
+    proof.unbounded = find_unbounded_directions(work.stacked);
+    UnboundedDirections scaled = proof.unbounded;
+    envelope = make_envelope(work, scale, scaled);
+    weights.bounds = with_envelope(work, envelope);
+    weights.rows.resize(weights.bounds.rows());
+    weights.rows << work.per_row(multipliers),
+        Eigen::VectorXd::Constant(envelope.rows.rows(), envelope.multiplier);
+    inflation = prove_inequality(work, weights, point.prior_factor, scaled.directions,
+                                 first && envelope.rows.rows() == 0 ? &*first : nullptr);
+  }
   if (std::isnan(inflation.amount)) {
     certificate.remark = "no multipliers near those given satisfy the matrix inequality";
-    return;
+    return proof;
   }
   certificate.inflation = kFirstInflation + inflation.amount;
   certificate.multipliers = inflate(multipliers, inflation);
@@ -314,39 +337,14 @@ inline void prove_upper(const Workspace& work, const CandidatePoint& point, Unbo
   certificate.envelope_multiplier = round_up(envelope.multiplier * round_up(1.0 + inflation.amount));
   certificate.upper =
       round_up(round_up(noise + certificate.envelope_multiplier) + sum_rounded_up(certificate.multipliers));
-}
-
-/// Largest |a_l L|_F^2, rounded up; infinite or NaN if that is not known.
-inline double largest_bound(const Workspace& work, const Eigen::MatrixXd& factor) {
-  const linalg::SparseColumns transposed = linalg::SparseColumns(work.stacked).transpose();
-  Eigen::MatrixXd hi = Eigen::MatrixXd::Zero(factor.cols(), work.stacked.rows());
-  Eigen::MatrixXd lo(factor.cols(), work.stacked.rows());
-  linalg::add_sparse_product(factor.transpose(), {}, transposed, linalg::ProductPart::kFull, hi, lo);
-  // Norms of a row of a_l L, and of its error: of double-double arithmetic and, by far, the trailing part.
-  const auto terms = static_cast<double>(transposed.longest() + 5);
-  const auto size = static_cast<double>(factor.cols() + factor.rows());
-  const double slack = 1.0 + 8.0 * (size + 8.0) * linalg::kUnitRoundoff;
-  const Eigen::VectorXd norms = slack * ((1.0 + 0x1p-52) * linalg::column_norms(hi) +
-                                         (terms * terms * linalg::kUnitRoundoff * linalg::kUnitRoundoff) *
-                                             transposed.sizes_times(linalg::row_norms(factor)));
-  double largest = 0.0;
-  for (std::size_t l = 0; l + 1 < work.offset.size(); ++l) {
-    double total = 0.0;
-    for (Eigen::Index j = work.offset[l]; j < work.offset[l + 1]; ++j) {
-      total = round_up(total + round_up(norms(j) * norms(j)));
-    }
-    largest = std::isfinite(total) ? std::max(largest, total) : std::numeric_limits<double>::infinity();
-  }
-  return linalg::entries_in_range(factor) && linalg::entries_in_range(work.stacked)
-             ? largest
-             : std::numeric_limits<double>::infinity();
+  return proof;
 }
 
 /// Lower bound of the value for the prior L L' scaled into the bounds; -infinity where nothing is proved.
 /// image: of L.
 inline double lower_bound(const Workspace& work, const Eigen::MatrixXd& factor,
                           const QuickProof::Image& image, double upper) {
-  const double largest = largest_bound(work, factor);
+  const double largest = QuickProof::largest_bound(factor, image, work.offset);
   if (!std::isfinite(largest)) {
     return -std::numeric_limits<double>::infinity();
   }
@@ -354,21 +352,21 @@ inline double lower_bound(const Workspace& work, const Eigen::MatrixXd& factor,
                                 image, upper);
 }
 
-/// first: image of the first basis, if that was tried.
-inline void prove_lower(const Workspace& work, const CandidatePoint& point,
-                        const UnboundedDirections& unbounded, const QuickProof::Image& first,
+inline void prove_lower(const Workspace& work, const CandidatePoint& point, const UpperProof& proof,
                         Certificate& certificate) {
   const Eigen::MatrixXd& factor = point.prior_factor;
   double lower = 0.0;  // an error is never negative
   if (factor.cols() > 0) {
-    const bool is_first = unbounded.directions.cols() == 0 && first.product.factor.cols() == factor.cols();
-    lower = std::max(
-        lower, lower_bound(work, factor, is_first ? first : work.quick.image(factor), certificate.upper));
+    const bool known = proof.image.product.factor.size() > 0;
+    lower = std::max(lower,
+                     lower_bound(work, factor, known ? proof.image : work.quick.image(factor, work.stacked),
+                                 certificate.upper));
   }
-  if (unbounded.directions.cols() > 0) {
+  if (proof.unbounded.directions.cols() > 0) {
     const Eigen::MatrixXd extended =
-        extend_prior(factor, work.stacked, work.problem.information_factor, unbounded.directions);
-    lower = std::max(lower, lower_bound(work, extended, work.quick.image(extended), certificate.upper));
+        extend_prior(factor, work.stacked, work.problem.information_factor, proof.unbounded.directions);
+    lower = std::max(
+        lower, lower_bound(work, extended, work.quick.image(extended, work.stacked), certificate.upper));
   }
   certificate.lower = lower;
 }
@@ -384,10 +382,7 @@ TRAMMEL_INLINE Certificate verify(const GuaranteedProblem& problem, const Candid
     return certificate;
   }
   const detail::Workspace work(problem, point.gain);
-  const UnboundedDirections unbounded = find_unbounded_directions(work.stacked);
-  QuickProof::Image first;
-  detail::prove_upper(work, point, unbounded, first, certificate);
-  detail::prove_lower(work, point, unbounded, first, certificate);
+  detail::prove_lower(work, point, detail::prove_upper(work, point, certificate), certificate);
   const std::string_view defect = arithmetic_defect();
   if (std::isfinite(certificate.upper) && std::isfinite(certificate.lower)) {
     certificate.claim = defect.empty() ? Claim::kVerified : Claim::kApproximate;

@@ -3,6 +3,8 @@
 /// Both bounds of a certificate at the cost of a few plain products.
 #pragma once
 
+#include <vector>
+
 #include <Eigen/Core>
 
 #include "trammel/certify/matrix_inequality.hpp"
@@ -28,17 +30,23 @@ class QuickProof {
   /// |C K F'|_F^2.
   [[nodiscard]] const linalg::Enclosure& noise() const { return noise_; }
 
-  /// W next to a given matrix, and E W.
+  /// W next to a given matrix, A W and E W. A, q x p: stacked factors of bounds.
   struct Image {
+    linalg::SparseColumns bounds;   ///< A
     Eigen::VectorXd scale;          ///< D of coarse_product()
     linalg::CoarseProduct product;  ///< W and E W, but for the error of E
     Eigen::VectorXd error;          ///< p, Euclidean norms of the errors of the rows of E D
+    Eigen::MatrixXd bounded;        ///< (A W)' to double precision
   };
-  [[nodiscard]] Image image(const Eigen::MatrixXd& near) const;
+  [[nodiscard]] Image image(const Eigen::MatrixXd& near, const Eigen::MatrixXd& bounds) const;
 
-  /// W'(H(lambda) - E'SE)W. bounds: A, q x p, stacked factors; rows: multiplier of each.
-  [[nodiscard]] MatrixInequality inequality(const Image& image, const Eigen::MatrixXd& bounds,
-                                            const Eigen::VectorXd& rows) const;
+  /// W'(H(lambda) - E'SE)W. rows: multiplier of each row of A.
+  [[nodiscard]] MatrixInequality inequality(const Image& image, const Eigen::VectorXd& rows) const;
+
+  /// Upper bound of the largest sum of squares of a_l L over groups of the first rows of A, L: p x k;
+  /// infinite or NaN if that is not known. offset: first row of each group, and one more. image: of L.
+  [[nodiscard]] static double largest_bound(const Eigen::MatrixXd& factor, const Image& image,
+                                            const std::vector<Eigen::Index>& offset);
 
   /// A prior with covariance share L L'.
   struct Prior {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "trammel/certify/quick_proof.hpp"
 #include "trammel/linalg/cholesky.hpp"
@@ -74,10 +75,12 @@ TRAMMEL_INLINE QuickProof::QuickProof(const GuaranteedProblem& problem, const Ei
   noise_ = criterion_.squared_norm(gain_information_, gain_information_errors_);
 }
 
-TRAMMEL_INLINE QuickProof::Image QuickProof::image(const Eigen::MatrixXd& near) const {
+TRAMMEL_INLINE QuickProof::Image QuickProof::image(const Eigen::MatrixXd& near,
+                                                   const Eigen::MatrixXd& bounds) const {
   using namespace quick_proof_detail;
   const Eigen::Index p = gain_.rows();
   Image result;
+  result.bounds = linalg::SparseColumns(bounds);
   result.scale = linalg::balance(error_hi_, near);
   result.product = linalg::coarse_product(error_hi_, error_lo_, near, result.scale);
   // |rows of the error of E D|: of K F' times F D, and of the product with F itself.
@@ -89,38 +92,62 @@ TRAMMEL_INLINE QuickProof::Image QuickProof::image(const Eigen::MatrixXd& near) 
           (linalg::transposed_sizes_times(gain_information_, (1.0 + 0x1p-50) * seen) + result.scale);
   result.error *= room(2 * p + information_.rows());
   result.error.array() += kUnderflow * result.scale.sum();
-  if (!std::isfinite(gain_information_errors_.sum())) {
+  if (!(std::isfinite(gain_information_errors_.sum()) && linalg::entries_in_range(bounds))) {
     result.error.setConstant(std::numeric_limits<double>::infinity());
   }
+  // Differences of positions lose many digits in A W.
+  result.bounded = Eigen::MatrixXd::Zero(near.cols(), bounds.rows());
+  Eigen::MatrixXd low(near.cols(), bounds.rows());
+  linalg::add_sparse_product(result.product.factor.transpose(), {}, result.bounds.transpose(),
+                             linalg::ProductPart::kFull, result.bounded, low);
   return result;
 }
 
-TRAMMEL_INLINE MatrixInequality QuickProof::inequality(const Image& image, const Eigen::MatrixXd& bounds,
+TRAMMEL_INLINE MatrixInequality QuickProof::inequality(const Image& image,
                                                        const Eigen::VectorXd& rows) const {
   using namespace quick_proof_detail;
   const linalg::CoarseProduct& product = image.product;
-  const linalg::SparseColumns factors(bounds);
-  const linalg::SparseColumns transposed = factors.transpose();
   const Eigen::Index p = product.factor.rows();
-  const Eigen::Index k = product.factor.cols();
-  Eigen::MatrixXd bounded = Eigen::MatrixXd::Zero(k, bounds.rows());
-  Eigen::MatrixXd low(k, bounds.rows());
-  linalg::add_sparse_product(product.factor.transpose(), {}, transposed, linalg::ProductPart::kFull, bounded,
-                             low);
-  const Eigen::VectorXd columns = factors.sizes_times(Eigen::VectorXd::Ones(bounds.rows()));
-  const Eigen::VectorXd bounded_error = ((room(p + bounds.rows()) * double_double_share(transposed)) *
-                                         linalg::transposed_sizes_times(product.factor, columns))
-                                            .array() +
-                                        linalg::kSmallestNorm;
-  const Eigen::Index terms = bounds.rows() + criterion_.terms();
-  UncertainForm form = weighted_gram(bounded, bounded_error, rows, terms);
+  const Eigen::Index q = rows.size();
+  const Eigen::VectorXd columns = image.bounds.sizes_times(Eigen::VectorXd::Ones(q));
+  Eigen::VectorXd bounded_error = (room(p + q) * double_double_share(image.bounds.transpose())) *
+                                  linalg::transposed_sizes_times(product.factor, columns);
+  bounded_error.array() += linalg::kSmallestNorm;
+  const Eigen::Index terms = q + criterion_.terms();
+  UncertainForm form = weighted_gram(image.bounded, bounded_error, rows, terms);
   const Eigen::MatrixXd bias = product.hi.transpose();
   const double row_error = criterion_.weights().dot(product.row_error + image.error);
   const Eigen::VectorXd errors =
       room(p) * ((row_error * product.column_size + (2.0 * kUnitRoundoff) * criterion_.sizes(bias)).array() +
                  kUnderflow * criterion_.weights().sum());
   criterion_.subtract_gram(bias, errors, terms, form);
-  return {std::move(form), std::move(bounded), bounded_error, rows};
+  return {std::move(form), image.bounded, std::move(bounded_error), rows};
+}
+
+TRAMMEL_INLINE double QuickProof::largest_bound(const Eigen::MatrixXd& factor, const Image& image,
+                                                const std::vector<Eigen::Index>& offset) {
+  using namespace quick_proof_detail;
+  const Eigen::MatrixXd rest = factor - image.product.factor;
+  const linalg::SparseColumns transposed = image.bounds.transpose();
+  const Eigen::MatrixXd bounded = image.bounded + linalg::sparse_product(rest.transpose(), transposed);
+  // Norms of a row of A L, and of its errors: the trailing part of A W, rounding the sum, and both products.
+  const double slack = room(factor.rows() + factor.cols());
+  const Eigen::VectorXd norms = slack * ((1.0 + 0x1p-51) * linalg::column_norms(bounded) +
+                                         double_double_share(transposed) *
+                                             transposed.sizes_times(linalg::row_norms(image.product.factor)) +
+                                         plain_share(static_cast<Eigen::Index>(transposed.longest())) *
+                                             transposed.sizes_times(linalg::row_norms(rest)));
+  double largest = image.error.sum() < std::numeric_limits<double>::infinity()
+                       ? 0.0
+                       : std::numeric_limits<double>::infinity();
+  for (std::size_t l = 0; l + 1 < offset.size(); ++l) {
+    double total = 0.0;
+    for (Eigen::Index j = offset[l]; j < offset[l + 1]; ++j) {
+      total = round_up(total + round_up(norms(j) * norms(j)));
+    }
+    largest = std::isfinite(total) ? std::max(largest, total) : std::numeric_limits<double>::infinity();
+  }
+  return largest;
 }
 
 TRAMMEL_INLINE QuickProof::Bias QuickProof::prior_bias(const Eigen::MatrixXd& factor,
