@@ -43,8 +43,8 @@ class MatrixInequality {
     /// True only if it is proved.
     [[nodiscard]] bool holds_at(double t) const;
 
-    /// Smallest t among the powers of two from 2^-50 to 2^24 found by bisection (to a sixteenth of it from
-    /// 2^-36 on) for which it is proved; NaN if not for the largest.
+    /// Smallest t among the powers of two from 2^-40 to 2^24 found by bisection (to a sixteenth of it from
+    /// 2^-36 on) for which it is proved; NaN if for none.
     [[nodiscard]] double find_inflation() const;
 
     /// False if the inequality fails at t by itself, so that neither more digits nor another basis help; true

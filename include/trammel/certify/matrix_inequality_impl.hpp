@@ -3,6 +3,8 @@
 /// Definitions of matrix_inequality.hpp.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -15,10 +17,9 @@ namespace trammel::inline TRAMMEL_ABI::certify {
 
 namespace inequality_detail {
 
-/// Inflations tried are powers of two from this exponent ...
-inline constexpr int kSmallestInflation = -50;
-/// ... to this one; a point that needs more is no approximate solution of the problem.
-inline constexpr int kLargestInflation = 24;
+/// Inflations tried first are these powers of two, the largest last: a point that needs more is no
+/// approximate solution of the problem. Small ones are the most likely.
+inline constexpr std::array<int, 8> kExponents{-40, -38, -36, -34, -30, -22, -6, 24};
 /// From this exponent on an inflation is worth halving its interval this many times more.
 inline constexpr int kCoarseInflation = -36;
 inline constexpr int kRefinements = 4;
@@ -72,11 +73,15 @@ TRAMMEL_INLINE bool MatrixInequality::Growth::may_hold_at(double t) const {
 }
 
 TRAMMEL_INLINE double MatrixInequality::Growth::find_inflation() const {
-  int fails = inequality_detail::kSmallestInflation - 1;
-  int holds = inequality_detail::kLargestInflation;
-  if (!holds_at(std::ldexp(1.0, holds))) {
+  using inequality_detail::kExponents;
+  const auto* const found = std::find_if(kExponents.begin(), kExponents.end(), [this](int exponent) {
+    return holds_at(std::ldexp(1.0, exponent));
+  });
+  if (found == kExponents.end()) {
     return std::numeric_limits<double>::quiet_NaN();
   }
+  int holds = *found;
+  int fails = found == kExponents.begin() ? holds - 1 : *(found - 1);
   while (holds - fails > 1) {
     const int middle = fails + (holds - fails) / 2;
     (holds_at(std::ldexp(1.0, middle)) ? holds : fails) = middle;
