@@ -4,5 +4,8 @@
 #include "trammel/certify/environment_impl.hpp"
 #include "trammel/certify/gain_rounding_impl.hpp"
 #include "trammel/certify/matrix_inequality_impl.hpp"
+#include "trammel/certify/quick_criterion_impl.hpp"
+#include "trammel/certify/quick_proof_impl.hpp"
 #include "trammel/certify/verified_cholesky_impl.hpp"
+#include "trammel/linalg/coarse_product_impl.hpp"
 #include "trammel/linalg/double_double_impl.hpp"

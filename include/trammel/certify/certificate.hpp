@@ -24,8 +24,8 @@ struct Certificate {
   double lower = std::numeric_limits<double>::quiet_NaN();  ///< no linear estimator guarantees less
   /// Multipliers lambda' with which the upper bound was proved (s).
   Eigen::VectorXd multipliers;
-  /// t >= 0: lambda' = lambda (1 + t) + t c, c = upper / s or, where that is cheaper, a hundredth of it; 0:
-  /// the multipliers were feasible as they stood.
+  /// t > 0: lambda' = lambda (1 + t) + t c, c = upper / s or, where that is cheaper, a hundredth of it;
+  /// 1e-12: the multipliers were feasible as they stood, but for what rounding errors may amount to.
   double inflation = std::numeric_limits<double>::quiet_NaN();
   /// Multiplier of the envelope, already contained in `upper`; 0 where no envelope is needed.
   double envelope_multiplier = 0.0;
@@ -54,23 +54,24 @@ struct CandidatePoint {
 /// stored in binary64. With E = K J - I, J = F'F, S = C'C, H(lambda) = sum lambda_l a_l'a_l:
 ///
 ///   upper: H(lambda') - E'SE positive definite  =>  error <= |C K F'|_F^2 + sum lambda',
-///   lower: <a_l'a_l, sigma^2 L L'> <= 1  =>  error >= 2 sigma tr(Y S L) - |C Y'|_F^2 - sigma^2 |C (F L
-///   Y)'|_F^2
-///          for any Y; Y = (I + sigma^2 L'J L)^-1 sigma L' makes it the value of the dual problem.
+///   lower: <a_l'a_l, V> <= 1 for V = sigma^2 L L'  =>
+///          error >= |C K F'|_F^2 + sigma^2 |C E L|_F^2 - |C (K F' + sigma^2 E L (F L)')|_F^2,
+///          whose last term vanishes for the K that is best for V (least squares and their dual problem).
 ///
-/// The matrix inequality is proved after the congruence with a square basis W (L where it is square and
-/// well conditioned, L regularised by the bounds otherwise): W'(H - E'SE)W is enclosed in double-double
-/// arithmetic and its definiteness proved by positive_definite(); a point that just fails is repaired by
-/// inflating the multipliers. Method: Jansson, Chaykin, Keil (2007), "Rigorous error bounds for the optimal
-/// value in semidefinite programming"; Rump (2006).
+/// The matrix inequality is proved after the congruence with a square basis W: W'(H - E'SE)W is enclosed and
+/// its definiteness proved by positive_definite(); a point that just fails is repaired by inflating the
+/// multipliers. W is next to L where that is square and well conditioned, but has so few bits that E W costs
+/// three plain products (QuickProof). Only where that is not enough, and more may help, the products are
+/// repeated in double-double arithmetic, also for L regularised by the bounds. Method: Jansson, Chaykin, Keil
+/// (2007), "Rigorous error bounds for the optimal value in semidefinite programming"; Rump (2006).
 ///
 /// Directions that no ellipsoid bounds need K J N = N exactly, which no rounded K satisfies: an envelope is
 /// added for them and reported.
 ///
 /// Guarantee: where claim is kVerified, lower <= true value of the optimum <= upper and K itself attains
 /// upper, as statements about the stored F, C, a_l, K. Modelling errors and the bounds themselves are
-/// outside. Cost: about eleven p x p products in double-double arithmetic. Throws Error for shapes that do
-/// not fit.
+/// outside. Cost: about seven plain p x p products where F, C and a_l are sparse and the point is good, half
+/// a product for each inflation tried otherwise. Throws Error for shapes that do not fit.
 [[nodiscard]] Certificate verify(const GuaranteedProblem& problem, const CandidatePoint& point);
 
 /// See apply().

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "trammel/certify/certificate.hpp"
@@ -16,10 +17,10 @@
 #include "trammel/certify/environment.hpp"
 #include "trammel/certify/gain_rounding.hpp"
 #include "trammel/certify/matrix_inequality.hpp"
+#include "trammel/certify/quick_proof.hpp"
 #include "trammel/core/error.hpp"
-#include "trammel/linalg/cholesky.hpp"
 #include "trammel/linalg/double_double.hpp"
-#include "trammel/linalg/qr.hpp"
+#include "trammel/linalg/error_norms.hpp"
 #include "trammel/minimax/prior_state.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::certify {
@@ -27,24 +28,23 @@ namespace trammel::inline TRAMMEL_ABI::certify {
 namespace certificate_detail {
 
 using linalg::EnclosedMatrix;
-using linalg::Enclosure;
-using linalg::Precision;
 using linalg::round_down;
 using linalg::round_up;
 using linalg::sum_rounded_up;
 
-/// An inflation above this is worth a second try in a better conditioned basis.
+/// Every proof begins with multipliers inflated by this much, which nobody notices: it makes room for the
+/// radii of plain arithmetic.
+inline constexpr double kFirstInflation = 1e-12;
+/// An inflation above this is worth a second try with other steps if that brings it below the first share, or
+/// with more digits or in a better conditioned basis if that may bring it below the second.
 inline constexpr double kGoodInflation = 1e-10;
+inline constexpr double kWorthOtherSteps = 0.9;
+inline constexpr double kWorthMoreDigits = 0.5;
 /// Share of the upper bound spent on the envelope ...
 inline constexpr double kEnvelopeShare = 1e-11;
 /// ... and the envelope's size: what the unbounded directions may add to the bias, relative to the upper
 /// bound (a square, hence about 1e-10 in the bias itself).
 inline constexpr double kEnvelopeBias = 1e-21;
-/// Radii of plain arithmetic below this share of a result do not matter.
-inline constexpr double kNegligible = 1e-11;
-/// Largest entry of I + L'JL up to which its Cholesky factorisation is accurate enough (loses its square
-/// times u^2, at most about 1e-14).
-inline constexpr double kWellConditioned = 1e8;
 /// Errors smaller than this share of what a direction does to the criterion count as this large.
 inline constexpr double kResolution = 1e-18;
 /// An envelope is never wider than this many standard deviations of the measurement noise.
@@ -86,15 +86,13 @@ inline void check_shapes(const GuaranteedProblem& problem, const CandidatePoint&
 /// What both bounds share.
 struct Workspace {
   const GuaranteedProblem& problem;
-  EnclosedMatrix information_factor;
-  EnclosedCriterion quick;           ///< plain arithmetic: tried first, sufficient on well scaled problems
+  const Eigen::MatrixXd& gain;
+  QuickProof quick;
   Eigen::MatrixXd stacked;           ///< all a_l below one another
   std::vector<Eigen::Index> offset;  ///< first row of a_l in it; one more than ellipsoids
 
-  explicit Workspace(const GuaranteedProblem& given)
-      : problem(given),
-        information_factor(given.information_factor),
-        quick(given.criterion_factor, Precision::kDouble) {
+  Workspace(const GuaranteedProblem& given, const Eigen::MatrixXd& given_gain)
+      : problem(given), gain(given_gain), quick(given, given_gain) {
     offset.push_back(0);
     for (const Eigen::MatrixXd& factor : given.ellipsoids) {
       offset.push_back(offset.back() + factor.rows());
@@ -105,14 +103,6 @@ struct Workspace {
     }
   }
 
-  /// Double-double arithmetic, prepared when first needed.
-  [[nodiscard]] const EnclosedCriterion& careful() const {
-    if (!careful_) {
-      careful_.emplace(problem.criterion_factor, Precision::kDoubleDouble);
-    }
-    return *careful_;
-  }
-
   /// One number per row of `stacked` from one per ellipsoid.
   [[nodiscard]] Eigen::VectorXd per_row(const Eigen::VectorXd& per_ellipsoid) const {
     Eigen::VectorXd result(stacked.rows());
@@ -120,22 +110,26 @@ struct Workspace {
     return result;
   }
 
+  /// In double-double arithmetic, prepared when first needed.
+  struct Careful {
+    EnclosedMatrix information_transposed;       ///< F'
+    EnclosedMatrix gain_information_transposed;  ///< (K F')'
+    EnclosedCriterion criterion;
+  };
+  [[nodiscard]] const Careful& careful() const {
+    if (!careful_) {
+      const EnclosedMatrix information(problem.information_factor.transpose());
+      careful_.emplace(Careful{
+          .information_transposed = information,
+          .gain_information_transposed = linalg::product(EnclosedMatrix(gain), information).transpose(),
+          .criterion = EnclosedCriterion(problem.criterion_factor)});
+    }
+    return *careful_;
+  }
+
  private:
-  mutable std::optional<EnclosedCriterion> careful_;
+  mutable std::optional<Careful> careful_;
 };
-
-/// A basis and what problem and bounds make of it, all products in double-double arithmetic (differences of
-/// positions lose many digits in a_l W).
-struct Image {
-  Eigen::MatrixXd basis;   ///< W
-  EnclosedMatrix seen;     ///< F W
-  EnclosedMatrix bounded;  ///< stacked factors (and envelope) times W
-};
-
-inline Image make_image(const Workspace& work, const Eigen::MatrixXd& bounds, const Eigen::MatrixXd& basis) {
-  return {basis, linalg::product(work.information_factor, EnclosedMatrix(basis)),
-          linalg::product(EnclosedMatrix(bounds), EnclosedMatrix(basis))};
-}
 
 /// Directions no ellipsoid bounds, confined.
 struct Envelope {
@@ -160,8 +154,7 @@ struct Weights {
 
 /// An envelope whose cost is kEnvelopeShare of `scale`, sized by how far K is from leaving the unbounded
 /// directions unbiased.
-inline Envelope make_envelope(const Workspace& work, const EnclosedMatrix& gain_information, double scale,
-                              UnboundedDirections& unbounded) {
+inline Envelope make_envelope(const Workspace& work, double scale, UnboundedDirections& unbounded) {
   Envelope envelope;
   const Eigen::Index k = unbounded.directions.cols();
   if (k == 0) {
@@ -170,7 +163,8 @@ inline Envelope make_envelope(const Workspace& work, const EnclosedMatrix& gain_
   }
   const EnclosedMatrix directions(unbounded.directions);
   const EnclosedMatrix bias = linalg::product_minus(
-      gain_information, linalg::product(work.information_factor, directions), unbounded.directions);
+      work.careful().gain_information_transposed.transpose(),
+      linalg::product(EnclosedMatrix(work.problem.information_factor), directions), unbounded.directions);
   const EnclosedMatrix error = linalg::product(EnclosedMatrix(work.problem.criterion_factor), bias);
   const double bias_allowed = std::sqrt(kEnvelopeBias * scale / static_cast<double>(k));
   envelope.rows = Eigen::MatrixXd::Zero(k, work.stacked.cols());
@@ -190,13 +184,6 @@ inline Envelope make_envelope(const Workspace& work, const EnclosedMatrix& gain_
   return envelope;
 }
 
-/// |C K F'|_F^2, rounded up.
-inline double noise_error(const Workspace& work, const EnclosedMatrix& gain_information) {
-  const Enclosure quick = work.quick.trace(gain_information);
-  return quick.radius <= kNegligible * quick.hi ? quick.upper()
-                                                : work.careful().trace(gain_information).upper();
-}
-
 /// Multipliers lambda (1 + amount) + amount step.
 struct Inflation {
   double amount = std::numeric_limits<double>::quiet_NaN();
@@ -207,173 +194,179 @@ struct Inflation {
 /// proportion to the multipliers is cheaper where those that matter have one.
 inline constexpr std::array<double, 2> kStepShares{1.0, 0.01};
 
-/// Cheapest inflation for which the matrix inequality is proved in one of the bases; NaN if in none.
+/// lambda (1 + t) + t step, rounded up.
+inline Eigen::VectorXd inflate(Eigen::VectorXd multipliers, const Inflation& inflation) {
+  for (double& value : multipliers) {
+    value = round_up(
+        value + round_up(round_up(inflation.amount * value) + round_up(inflation.amount * inflation.step)));
+  }
+  return multipliers;
+}
+
+/// Looks for an inflation cheaper than `best` for which the inequality is proved; false if neither more
+/// digits nor another basis would make it much cheaper.
+inline bool search_inflation(const MatrixInequality& inequality, const Weights& weights, Eigen::Index growing,
+                             Inflation& best) {
+  bool may_improve = false;
+  for (const double share : kStepShares) {
+    const double step = share * weights.step;
+    const MatrixInequality::Growth growth(inequality, step, growing);
+    // As much as the best one costs.
+    const auto equal_cost = [&] {
+      return best.amount * (weights.total + weights.count * best.step) /
+             (weights.total + weights.count * step);
+    };
+    if (std::isnan(best.amount) || growth.holds_at(kWorthOtherSteps * equal_cost())) {
+      best = {.amount = growth.find_inflation(), .step = step};
+    }
+    if (best.amount <= kGoodInflation) {
+      return false;
+    }
+    may_improve =
+        may_improve || std::isnan(best.amount) || growth.may_hold_at(kWorthMoreDigits * equal_cost());
+  }
+  return may_improve;
+}
+
+/// The inequality in double-double arithmetic: E W = (K F')(F W) - W since both factors may be far smaller
+/// than K and J, W exact.
+inline MatrixInequality careful_inequality(const Workspace& work, const Weights& weights,
+                                           const Eigen::MatrixXd& basis) {
+  const Workspace::Careful& careful = work.careful();
+  const EnclosedMatrix transposed(basis.transpose());
+  const EnclosedMatrix bounded = linalg::product(transposed, EnclosedMatrix(weights.bounds.transpose()));
+  const EnclosedMatrix bias =
+      linalg::product_minus(linalg::product(transposed, careful.information_transposed),
+                            careful.gain_information_transposed, transposed.hi);
+  const EnclosedMatrix form =
+      linalg::difference(linalg::product(bounded, linalg::scale_rows(bounded.transpose(), weights.rows),
+                                         linalg::ProductPart::kLower),
+                         careful.criterion.gram(bias));
+  // The trailing part, and what inflating by sums with it rounds.
+  Eigen::MatrixXd radius =
+      (1.0 + 0x1p-50) * (form.lo.cwiseAbs() + form.radius) + 0x1p-51 * form.hi.cwiseAbs();
+  return {UncertainForm{.middle = form.hi, .radius = std::move(radius), .left = {}, .right = {}}, bounded.hi,
+          2.0 * linalg::row_norms(bounded.radius), weights.rows};
+}
+
+/// Cheapest inflation for which the matrix inequality is proved, with the precision and in the basis that it
+/// needs; NaN if in none. tried: what was not proved in the first basis, null if nothing was tried.
 inline Inflation prove_inequality(const Workspace& work, const Weights& weights,
-                                  const EnclosedMatrix& gain_information, const Image& prior,
-                                  const Eigen::MatrixXd& unbounded) {
+                                  const Eigen::MatrixXd& prior_factor, const Eigen::MatrixXd& unbounded,
+                                  const MatrixInequality* tried) {
   Inflation best;
-  double best_cost = std::numeric_limits<double>::infinity();
-  for (int number = 0; number < kCongruenceBases && !(best.amount <= kGoodInflation); ++number) {
-    const bool is_prior = number == 0 && unbounded.cols() == 0 && prior.basis.rows() == prior.basis.cols();
-    Image other;
-    if (!is_prior) {
-      const Eigen::MatrixXd basis = congruence_basis(number, prior.basis, weights.bounds, unbounded);
-      if (basis.size() == 0) {
+  const Eigen::Index growing = work.stacked.rows();
+  for (int number = 0; number < kCongruenceBases; ++number) {
+    const Eigen::MatrixXd basis = congruence_basis(number, prior_factor, weights.bounds, unbounded);
+    if (basis.size() == 0) {
+      continue;
+    }
+    for (const bool careful : {false, true}) {
+      if (number == 0 && !careful && tried != nullptr) {
+        if (!search_inflation(*tried, weights, growing, best)) {
+          return best;
+        }
         continue;
       }
-      other = make_image(work, weights.bounds, basis);
-    }
-    const Image& image = is_prior ? prior : other;
-    const EnclosedMatrix bias = linalg::product_minus(gain_information, image.seen, image.basis);
-    const double small = MatrixInequality(image.bounded, weights.rows, bias, work.quick)
-                             .find_small_inflation(weights.step, work.stacked.rows());
-    if (small >= 0.0) {
-      return {.amount = small, .step = weights.step};
-    }
-    const MatrixInequality inequality(image.bounded, weights.rows, bias, work.careful());
-    for (const double share : kStepShares) {
-      const double step = share * weights.step;
-      const double amount = inequality.find_inflation(step, work.stacked.rows());
-      const double cost = amount * (weights.total + weights.count * step);
-      if (cost < best_cost) {
-        best_cost = cost;
-        best = {.amount = amount, .step = step};
+      const MatrixInequality inequality =
+          careful ? careful_inequality(work, weights, basis)
+                  : work.quick.inequality(work.quick.image(basis, weights.bounds), weights.rows);
+      if (inequality.holds()) {
+        return {.amount = 0.0, .step = 0.0};
       }
-      if (amount <= kGoodInflation) {
-        break;
+      if (!search_inflation(inequality, weights, growing, best)) {
+        return best;
       }
     }
   }
   return best;
 }
 
-inline void prove_upper(const Workspace& work, const CandidatePoint& point, const Image& prior,
-                        UnboundedDirections unbounded, Certificate& certificate) {
+/// What is left for the lower bound.
+struct UpperProof {
+  UnboundedDirections unbounded;
+  QuickProof::Image image;  ///< of the prior factor, empty unless that is square
+};
+
+inline UpperProof prove_upper(const Workspace& work, const CandidatePoint& point, Certificate& certificate) {
   const auto s = static_cast<double>(std::max<Eigen::Index>(point.multipliers.size(), 1));
-  const Eigen::VectorXd multipliers = point.multipliers.cwiseMax(0.0);
-  const EnclosedMatrix gain_information =
-      linalg::product(EnclosedMatrix(point.gain), work.information_factor.transpose());
-  const double noise = noise_error(work, gain_information);
+  const Eigen::Index p = work.stacked.cols();
+  UpperProof proof;
+  proof.unbounded.directions.resize(p, 0);
+  Eigen::VectorXd multipliers = point.multipliers.cwiseMax(0.0);
+  const double noise = work.quick.noise().upper();
   const double scale = noise + multipliers.sum();
   if (!std::isfinite(scale)) {
     certificate.remark = "the gain or the multipliers are too large or not finite";
-    return;
+    proof.unbounded = find_unbounded_directions(work.stacked);
+    return proof;
   }
-  const Envelope envelope = make_envelope(work, gain_information, scale, unbounded);
-  Weights weights{.bounds = with_envelope(work, envelope),
-                  .rows = {},
+  multipliers = inflate(multipliers, {.amount = kFirstInflation, .step = scale / s});
+  Weights weights{.bounds = work.stacked,
+                  .rows = work.per_row(multipliers),
                   .step = scale / s,
                   .total = multipliers.sum(),
                   .count = s};
-  weights.rows.resize(weights.bounds.rows());
-  weights.rows << work.per_row(multipliers),
-      Eigen::VectorXd::Constant(envelope.rows.rows(), envelope.multiplier);
-  const Inflation inflation = prove_inequality(work, weights, gain_information, prior, unbounded.directions);
+  Inflation inflation{.amount = 0.0, .step = 0.0};
+  Envelope envelope{.rows = Eigen::MatrixXd(0, p), .multiplier = 0.0};
+  std::optional<MatrixInequality> first;
+  if (point.prior_factor.cols() == p) {
+    proof.image = work.quick.image(point.prior_factor, work.stacked);
+    first.emplace(work.quick.inequality(proof.image, weights.rows));
+  }
+  // If it holds, no direction is unbounded.
+  if (!first || !first->holds()) {
+    proof.unbounded = find_unbounded_directions(work.stacked);
+    UnboundedDirections scaled = proof.unbounded;
+    envelope = make_envelope(work, scale, scaled);
+    weights.bounds = with_envelope(work, envelope);
+    weights.rows.resize(weights.bounds.rows());
+    weights.rows << work.per_row(multipliers),
+        Eigen::VectorXd::Constant(envelope.rows.rows(), envelope.multiplier);
+    inflation = prove_inequality(work, weights, point.prior_factor, scaled.directions,
+                                 first && envelope.rows.rows() == 0 ? &*first : nullptr);
+  }
   if (std::isnan(inflation.amount)) {
     certificate.remark = "no multipliers near those given satisfy the matrix inequality";
-    return;
+    return proof;
   }
-  certificate.inflation = inflation.amount;
-  certificate.multipliers = multipliers;
-  if (inflation.amount > 0.0) {
-    for (double& value : certificate.multipliers) {
-      value = round_up(
-          value + round_up(round_up(inflation.amount * value) + round_up(inflation.amount * inflation.step)));
-    }
-  }
+  certificate.inflation = kFirstInflation + inflation.amount;
+  certificate.multipliers = inflate(multipliers, inflation);
   certificate.envelope = envelope.rows;
   // The inflation grew it by the same factor.
-  certificate.envelope_multiplier = inflation.amount > 0.0
-                                        ? round_up(envelope.multiplier * round_up(1.0 + inflation.amount))
-                                        : envelope.multiplier;
+  certificate.envelope_multiplier = round_up(envelope.multiplier * round_up(1.0 + inflation.amount));
   certificate.upper =
       round_up(round_up(noise + certificate.envelope_multiplier) + sum_rounded_up(certificate.multipliers));
-}
-
-/// (I + sigma^2 L'JL)^-1 sigma L', through the QR factorisation of [I; sigma F L] so that only the square
-/// root of the condition of I + sigma^2 L'JL matters.
-inline Eigen::MatrixXd posterior_map(const Eigen::MatrixXd& prior_factor,
-                                     const Eigen::MatrixXd& information_prior, double sigma) {
-  const Eigen::Index k = prior_factor.cols();
-  Eigen::MatrixXd map = sigma * prior_factor.transpose();
-  // The error enters squared: the plain normal equations do unless they are badly conditioned.
-  Eigen::MatrixXd normal = Eigen::MatrixXd::Identity(k, k);
-  normal.selfadjointView<Eigen::Lower>().rankUpdate(information_prior.transpose(), sigma * sigma);
-  const linalg::Cholesky cholesky(normal);
-  if (cholesky.info() == Eigen::Success && normal.diagonal().maxCoeff() < kWellConditioned) {
-    cholesky.solveInPlace(map);
-    return map;
-  }
-  Eigen::MatrixXd both(k + information_prior.rows(), k);
-  both << Eigen::MatrixXd::Identity(k, k), sigma * information_prior;
-  const linalg::Qr qr(both);
-  const Eigen::MatrixXd r = qr.matrixQR().topRows(k);
-  r.triangularView<Eigen::Upper>().transpose().solveInPlace(map);
-  r.triangularView<Eigen::Upper>().solveInPlace(map);
-  return map;
-}
-
-/// Largest |a_l L|_F^2, rounded up; infinite if that is not known.
-inline double largest_bound(const Workspace& work, const EnclosedMatrix& bounded) {
-  double largest = 0.0;
-  for (std::size_t l = 0; l + 1 < work.offset.size(); ++l) {
-    double total = 0.0;
-    for (Eigen::Index j = 0; j < bounded.cols(); ++j) {
-      for (Eigen::Index i = work.offset[l]; i < work.offset[l + 1]; ++i) {
-        const double size = (1.0 + 0x1p-50) * std::abs(bounded.hi(i, j)) + bounded.radius(i, j);
-        total += size * size;
-      }
-    }
-    const auto terms = static_cast<double>((work.offset[l + 1] - work.offset[l]) * bounded.cols());
-    total *= 1.0 + (terms + 8.0) * 0x1p-52;  // all roundings of the sum of non-negative terms
-    largest = std::isfinite(total) ? std::max(largest, total) : std::numeric_limits<double>::infinity();
-  }
-  return largest;
+  return proof;
 }
 
 /// Lower bound of the value for the prior L L' scaled into the bounds; -infinity where nothing is proved.
-inline double lower_bound(const Workspace& work, const Image& prior) {
-  const EnclosedMatrix factor(prior.basis);
-  const double largest = largest_bound(work, prior.bounded);
+/// image: of L.
+inline double lower_bound(const Workspace& work, const Eigen::MatrixXd& factor,
+                          const QuickProof::Image& image, double upper) {
+  const double largest = QuickProof::largest_bound(factor, image, work.offset);
   if (!std::isfinite(largest)) {
     return -std::numeric_limits<double>::infinity();
   }
-  const double sigma = largest > 0.0 ? round_down(round_down(1.0 / round_up(std::sqrt(largest)))) : 1.0;
-  const Eigen::MatrixXd map = posterior_map(prior.basis, prior.seen.hi, sigma);
-  if (!map.allFinite()) {
-    return -std::numeric_limits<double>::infinity();
-  }
-  const EnclosedMatrix y(map);
-  const EnclosedMatrix y_transposed = y.transpose();
-  for (const bool careful : {false, true}) {
-    const EnclosedCriterion& criterion = careful ? work.careful() : work.quick;
-    const EnclosedMatrix seen = criterion.multiply(prior.seen, y);
-    const Enclosure gain = criterion.trace(y_transposed, factor);
-    const Enclosure spread = criterion.trace(y_transposed);
-    const Enclosure measured = criterion.trace(seen.transpose());
-    const double sigma_squared = round_up(sigma * sigma);
-    const double first =
-        gain.lower() > 0.0 ? round_down(2.0 * sigma * gain.lower()) : round_up(2.0 * sigma) * gain.lower();
-    const double bound =
-        round_down(round_down(first - spread.upper()) - round_up(sigma_squared * measured.upper()));
-    const double uncertainty = 2.0 * sigma * gain.radius + spread.radius + sigma_squared * measured.radius;
-    if (careful || uncertainty <= kNegligible * bound) {
-      return bound;
-    }
-  }
-  return -std::numeric_limits<double>::infinity();
+  return work.quick.lower_bound({.factor = factor, .share = largest > 0.0 ? round_down(1.0 / largest) : 1.0},
+                                image, upper);
 }
 
-inline void prove_lower(const Workspace& work, const Image& prior, const UnboundedDirections& unbounded,
+inline void prove_lower(const Workspace& work, const CandidatePoint& point, const UpperProof& proof,
                         Certificate& certificate) {
+  const Eigen::MatrixXd& factor = point.prior_factor;
   double lower = 0.0;  // an error is never negative
-  if (prior.basis.cols() > 0) {
-    lower = std::max(lower, lower_bound(work, prior));
+  if (factor.cols() > 0) {
+    const bool known = proof.image.product.factor.size() > 0;
+    lower = std::max(lower,
+                     lower_bound(work, factor, known ? proof.image : work.quick.image(factor, work.stacked),
+                                 certificate.upper));
   }
-  if (unbounded.directions.cols() > 0) {
+  if (proof.unbounded.directions.cols() > 0) {
     const Eigen::MatrixXd extended =
-        extend_prior(prior.basis, work.stacked, work.problem.information_factor, unbounded.directions);
-    lower = std::max(lower, lower_bound(work, make_image(work, work.stacked, extended)));
+        extend_prior(factor, work.stacked, work.problem.information_factor, proof.unbounded.directions);
+    lower = std::max(
+        lower, lower_bound(work, extended, work.quick.image(extended, work.stacked), certificate.upper));
   }
   certificate.lower = lower;
 }
@@ -388,11 +381,8 @@ TRAMMEL_INLINE Certificate verify(const GuaranteedProblem& problem, const Candid
     certificate.remark = "the point to be verified has entries that are not finite";
     return certificate;
   }
-  const detail::Workspace work(problem);
-  const UnboundedDirections unbounded = find_unbounded_directions(work.stacked);
-  const detail::Image prior = detail::make_image(work, work.stacked, point.prior_factor);
-  detail::prove_upper(work, point, prior, unbounded, certificate);
-  detail::prove_lower(work, prior, unbounded, certificate);
+  const detail::Workspace work(problem, point.gain);
+  detail::prove_lower(work, point, detail::prove_upper(work, point, certificate), certificate);
   const std::string_view defect = arithmetic_defect();
   if (std::isfinite(certificate.upper) && std::isfinite(certificate.lower)) {
     certificate.claim = defect.empty() ? Claim::kVerified : Claim::kApproximate;

@@ -9,7 +9,9 @@
 
 #include "trammel/certify/congruence_basis.hpp"
 #include "trammel/linalg/cholesky.hpp"
+#include "trammel/linalg/error_norms.hpp"
 #include "trammel/linalg/qr.hpp"
+#include "trammel/linalg/sparse_columns.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::certify {
 
@@ -40,12 +42,8 @@ inline Eigen::MatrixXd square_factor(const Eigen::MatrixXd& factor) {
 inline Eigen::VectorXd equilibrate(Eigen::MatrixXd& stacked) {
   Eigen::VectorXd columns = Eigen::VectorXd::Ones(stacked.cols());
   for (int round = 0; round < kEquilibrationRounds; ++round) {
-    for (Eigen::Index i = 0; i < stacked.rows(); ++i) {
-      const double size = stacked.row(i).norm();
-      if (size > 0.0) {
-        stacked.row(i) /= size;
-      }
-    }
+    const Eigen::VectorXd sizes = linalg::row_products(stacked, stacked).cwiseSqrt();
+    stacked = (sizes.array() > 0.0).select(sizes.cwiseInverse(), 1.0).matrix().asDiagonal() * stacked;
     for (Eigen::Index j = 0; j < stacked.cols(); ++j) {
       const double size = stacked.col(j).norm();
       if (size > 0.0) {
@@ -59,9 +57,7 @@ inline Eigen::VectorXd equilibrate(Eigen::MatrixXd& stacked) {
 
 /// Cheap sufficient test: the normal equations have no small pivot.
 inline bool clearly_of_full_rank(const Eigen::MatrixXd& scaled) {
-  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(scaled.cols(), scaled.cols());
-  normal.selfadjointView<Eigen::Lower>().rankUpdate(scaled.transpose());
-  const linalg::Cholesky cholesky(normal);
+  const linalg::Cholesky cholesky(linalg::sparse_product(scaled.transpose(), linalg::SparseColumns(scaled)));
   return cholesky.info() == Eigen::Success && cholesky.matrixLLT().diagonal().minCoeff() > kClearPivot;
 }
 

@@ -3,59 +3,70 @@
 /// The matrix inequality of the upper bound, enclosed and proved in one basis.
 #pragma once
 
+#include <utility>
+
 #include <Eigen/Core>
 
-#include "trammel/certify/enclosed_criterion.hpp"
+#include "trammel/certify/verified_cholesky.hpp"
 #include "trammel/core/config.hpp"
-#include "trammel/linalg/double_double.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::certify {
 
 /// W'(H(lambda) - E'SE)W positive definite, in a square basis W.
 ///
-/// | symbol | argument | shape | meaning                                              |
-/// |--------|----------|-------|------------------------------------------------------|
-/// | A W    | bounded  | q x p | stacked factors of the bounds times W                |
-/// | lambda | rows     | q     | multiplier of each row of A                          |
-/// | E W    | bias     | p x p | (K J - I) W                                          |
+/// | symbol | argument | shape | meaning                                                          |
+/// |--------|----------|-------|------------------------------------------------------------------|
+/// | X      | form     | p x p | W'(H(lambda) - E'SE)W                                            |
+/// | (A W)' | bounded  | p x q | transposed stacked factors of the bounds times W                 |
+/// |        | error    | p     | Euclidean norms of the errors of its rows, beside u of each norm |
+/// | lambda | rows     | q     | multiplier of each row of A                                      |
 ///
-/// The products are enclosed in the criterion's precision and the definiteness proved by
-/// positive_definite(). If it holds for one W it holds for H(lambda) - E'SE, and W is invertible.
+/// Definiteness is proved by positive_definite(). If it holds for one W it holds for H(lambda) - E'SE, and W
+/// is invertible.
 class MatrixInequality {
  public:
-  MatrixInequality(const linalg::EnclosedMatrix& bounded, const Eigen::VectorXd& rows,
-                   const linalg::EnclosedMatrix& bias, const EnclosedCriterion& criterion);
+  MatrixInequality(UncertainForm form, Eigen::MatrixXd bounded, Eigen::VectorXd error, Eigen::VectorXd rows)
+      : form_(std::move(form)),
+        bounded_(std::move(bounded)),
+        error_(std::move(error)),
+        rows_(std::move(rows)) {}
 
   /// True only if it is proved as it stands.
-  [[nodiscard]] bool holds() const;
+  [[nodiscard]] bool holds() const { return positive_definite(form_); }
 
-  /// Smallest t among 0 and the powers of two from 2^-50 to 2^24 found by bisection (to a sixteenth of it
-  /// from 2^-36 on) for which the inequality is proved with the multipliers lambda (1 + t) + t step; those of
-  /// the first `growing` rows grow by `step`, all by the factor. NaN if it is not proved for the largest.
-  [[nodiscard]] double find_inflation(double step, Eigen::Index growing) const;
-
-  /// The same among 0, 1e-13, 1e-12 and 1e-11 only, at the cost of a few factorisations; NaN if none is
-  /// enough.
-  [[nodiscard]] double find_small_inflation(double step, Eigen::Index growing) const;
-
- private:
-  /// The inequality with multipliers lambda (1 + t) + t step.
+  /// The inequality with multipliers lambda (1 + t) + t step; those of the first `growing` rows grow by
+  /// `step`, all by the factor.
   class Growth {
    public:
     Growth(const MatrixInequality& inequality, double step, Eigen::Index growing);
+
+    /// True only if it is proved.
     [[nodiscard]] bool holds_at(double t) const;
+
+    /// Smallest t among the powers of two from 2^-40 to 2^24 found by bisection (to a sixteenth of it from
+    /// 2^-36 on) for which it is proved; NaN if for none.
+    [[nodiscard]] double find_inflation() const;
+
+    /// False if the inequality fails at t by itself, so that neither more digits nor another basis help; true
+    /// if that is open.
+    [[nodiscard]] bool may_hold_at(double t) const;
 
    private:
     const MatrixInequality& of_;
-    Eigen::MatrixXd growth_;
-    Eigen::MatrixXd radius_;
+    UncertainForm growth_;  ///< W'(H(lambda) + step sum H_l)W
   };
 
-  const linalg::EnclosedMatrix& bounded_;
-  linalg::EnclosedMatrix bound_form_;  ///< W'H(lambda)W
-  Eigen::MatrixXd base_;               ///< midpoint of W'(H(lambda) - E'SE)W
-  Eigen::MatrixXd base_radius_;
+ private:
+  UncertainForm form_;
+  Eigen::MatrixXd bounded_;
+  Eigen::VectorXd error_;
+  Eigen::VectorXd rows_;
 };
+
+/// (A W)' diag(lambda) A W, lower triangle, in plain arithmetic; arguments as above. terms: number of
+/// products that will be added to each entry in all.
+[[nodiscard]] UncertainForm weighted_gram(const Eigen::MatrixXd& bounded, const Eigen::VectorXd& error,
+                                          const Eigen::VectorXd& rows, Eigen::Index terms);
 
 }  // namespace trammel::inline TRAMMEL_ABI::certify
 

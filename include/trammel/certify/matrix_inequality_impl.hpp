@@ -3,104 +3,98 @@
 /// Definitions of matrix_inequality.hpp.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 
 #include "trammel/certify/matrix_inequality.hpp"
 #include "trammel/certify/verified_cholesky.hpp"
+#include "trammel/linalg/dense_kernels.hpp"
+#include "trammel/linalg/error_norms.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::certify {
 
 namespace inequality_detail {
 
-/// Inflations tried are powers of two from this exponent ...
-inline constexpr int kSmallestInflation = -50;
-/// ... to this one; a point that needs more is no approximate solution of the problem.
-inline constexpr int kLargestInflation = 24;
+/// Inflations tried first are these powers of two, the largest last: a point that needs more is no
+/// approximate solution of the problem. Small ones are the most likely.
+inline constexpr std::array<int, 8> kExponents{-40, -38, -36, -34, -30, -22, -6, 24};
 /// From this exponent on an inflation is worth halving its interval this many times more.
 inline constexpr int kCoarseInflation = -36;
 inline constexpr int kRefinements = 4;
-/// Inflations that cost nothing anyone would notice.
-inline constexpr std::array<double, 3> kNegligibleInflations{1e-13, 1e-12, 1e-11};
 
 }  // namespace inequality_detail
 
-TRAMMEL_INLINE MatrixInequality::MatrixInequality(const linalg::EnclosedMatrix& bounded,
-                                                  const Eigen::VectorXd& rows,
-                                                  const linalg::EnclosedMatrix& bias,
-                                                  const EnclosedCriterion& criterion)
-    : bounded_(bounded),
-      bound_form_(linalg::product(bounded.transpose(), linalg::scale_rows(bounded, rows),
-                                  criterion.precision(), linalg::ProductPart::kLower)) {
-  const linalg::EnclosedMatrix base = linalg::difference(bound_form_, criterion.gram(bias));
-  base_ = base.hi;
-  base_radius_ = (1.0 + 0x1p-50) * (base.lo.cwiseAbs() + base.radius);
+TRAMMEL_INLINE UncertainForm weighted_gram(const Eigen::MatrixXd& bounded, const Eigen::VectorXd& error,
+                                           const Eigen::VectorXd& rows, Eigen::Index terms) {
+  using linalg::kUnitRoundoff;
+  const Eigen::VectorXd roots = rows.cwiseSqrt();
+  const Eigen::MatrixXd weighted = bounded * roots.asDiagonal();
+  UncertainForm form;
+  form.middle = Eigen::MatrixXd::Zero(bounded.rows(), bounded.rows());
+  linalg::Dense<double>::add_symmetric_nt(weighted, weighted, 1.0, form.middle);
+  // Rows of `weighted`: one rounding each of the root, the product and the trailing part of `bounded`, and
+  // `error`; sums of products by Cauchy and Schwarz.
+  const double largest = roots.size() > 0 ? roots.maxCoeff() : 0.0;
+  const double slack = 1.0 + 4.0 * static_cast<double>(rows.size() + 8) * kUnitRoundoff;
+  const Eigen::VectorXd errors =
+      4.0 * kUnitRoundoff * linalg::row_norms(weighted) + (slack * largest) * error;
+  form.left = slack * (linalg::row_norms(weighted) + errors);
+  form.right = (static_cast<double>(terms + 8) * kUnitRoundoff) * form.left + slack * errors;
+  return form;
 }
-
-TRAMMEL_INLINE bool MatrixInequality::holds() const { return positive_definite(base_, base_radius_); }
 
 TRAMMEL_INLINE MatrixInequality::Growth::Growth(const MatrixInequality& inequality, double step,
                                                 Eigen::Index growing)
-    : of_(inequality), growth_(inequality.bound_form_.hi) {
-  // W'(H(lambda) + step sum H_l)W may be known to double precision only: it is multiplied by t. Its error is
-  // the usual gamma_n |X|'|X|, here with a comfortable constant and by norms of the columns, plus what
-  // `bounded` leaves open.
-  const auto points = inequality.bounded_.hi.topRows(growing);
-  growth_.noalias() += step * (points.transpose() * points);
-  const double gamma = 4.0 * (static_cast<double>(growing) + 4.0) * 0x1p-53;
-  const Eigen::RowVectorXd sizes = points.colwise().norm();
-  Eigen::RowVectorXd errors = (gamma + 0x1p-50) * sizes;
-  if (inequality.bounded_.radius.size() != 0) {
-    errors += 4.0 * inequality.bounded_.radius.topRows(growing).colwise().norm();
-  }
-  radius_ = step * (sizes.transpose() * errors + errors.transpose() * sizes) + inequality.bound_form_.radius +
-            0x1p-50 * (growth_.cwiseAbs() + inequality.bound_form_.hi.cwiseAbs());
+    : of_(inequality) {
+  Eigen::VectorXd rows = inequality.rows_;
+  rows.head(growing).array() += step;
+  growth_ = weighted_gram(inequality.bounded_, inequality.error_, rows, rows.size());
+  // The sums rows + step, t growth and its sum with the form, none larger than the sizes on the left.
+  growth_.right += 0x1p-51 * growth_.left;
 }
 
 TRAMMEL_INLINE bool MatrixInequality::Growth::holds_at(double t) const {
-  const Eigen::MatrixXd total = of_.base_ + t * growth_;
-  const Eigen::MatrixXd radius =
-      (1.0 + 0x1p-50) * (of_.base_radius_ + t * radius_) + 0x1p-52 * total.cwiseAbs();
-  return positive_definite(total, radius);
+  const Eigen::Index columns = of_.form_.left.cols();
+  UncertainForm total;
+  total.middle = of_.form_.middle + t * growth_.middle;
+  total.radius = of_.form_.radius;
+  total.left.resize(total.middle.rows(), columns + 1);
+  total.right.resize(total.middle.rows(), columns + 1);
+  total.left << of_.form_.left, t * growth_.left;
+  total.right << of_.form_.right, growth_.right;
+  return positive_definite(total);
 }
 
-TRAMMEL_INLINE double MatrixInequality::find_inflation(double step, Eigen::Index growing) const {
-  if (holds()) {
-    return 0.0;
-  }
-  const Growth growth(*this, step, growing);
-  int fails = inequality_detail::kSmallestInflation - 1;
-  int holds = inequality_detail::kLargestInflation;
-  if (!growth.holds_at(std::ldexp(1.0, holds))) {
+TRAMMEL_INLINE bool MatrixInequality::Growth::may_hold_at(double t) const {
+  return positive_definite(
+      UncertainForm{.middle = of_.form_.middle + t * growth_.middle, .radius = {}, .left = {}, .right = {}});
+}
+
+TRAMMEL_INLINE double MatrixInequality::Growth::find_inflation() const {
+  using inequality_detail::kExponents;
+  const auto* const found = std::find_if(kExponents.begin(), kExponents.end(), [this](int exponent) {
+    return holds_at(std::ldexp(1.0, exponent));
+  });
+  if (found == kExponents.end()) {
     return std::numeric_limits<double>::quiet_NaN();
   }
+  int holds = *found;
+  int fails = found == kExponents.begin() ? holds - 1 : *(found - 1);
   while (holds - fails > 1) {
     const int middle = fails + (holds - fails) / 2;
-    (growth.holds_at(std::ldexp(1.0, middle)) ? holds : fails) = middle;
+    (holds_at(std::ldexp(1.0, middle)) ? holds : fails) = middle;
   }
   double inflation = std::ldexp(1.0, holds);
   if (holds >= inequality_detail::kCoarseInflation) {
     double too_small = inflation / 2.0;
     for (int round = 0; round < inequality_detail::kRefinements; ++round) {
       const double middle = (too_small + inflation) / 2.0;
-      (growth.holds_at(middle) ? inflation : too_small) = middle;
+      (holds_at(middle) ? inflation : too_small) = middle;
     }
   }
   return inflation;
-}
-
-TRAMMEL_INLINE double MatrixInequality::find_small_inflation(double step, Eigen::Index growing) const {
-  if (holds()) {
-    return 0.0;
-  }
-  const Growth growth(*this, step, growing);
-  for (const double t : inequality_detail::kNegligibleInflations) {
-    if (growth.holds_at(t)) {
-      return t;
-    }
-  }
-  return std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace trammel::inline TRAMMEL_ABI::certify

@@ -5,16 +5,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
 #include "trammel/certify/verified_cholesky.hpp"
 #include "trammel/linalg/double_double.hpp"
+#include "trammel/linalg/error_norms.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::certify {
 
 namespace verified_cholesky_detail {
 
-inline constexpr double kUnitRoundoff = 0x1p-53;
+using linalg::kSmallestNorm;
+using linalg::kUnitRoundoff;
 inline constexpr double kSmallest = 0x1p-1074;
 /// Diagonal entries outside are left to fail: their scaling would not be exact.
 inline constexpr double kLargestDiagonal = 0x1p900;
@@ -65,33 +66,55 @@ inline bool cholesky_succeeds(Eigen::MatrixXd& a) {
   return true;
 }
 
-}  // namespace verified_cholesky_detail
-
-TRAMMEL_INLINE bool positive_definite(const Eigen::MatrixXd& a, const Eigen::MatrixXd& radius) {
-  using namespace verified_cholesky_detail;
-  using linalg::round_up;
-  const Eigen::Index n = a.rows();
-  std::vector<double> scale(static_cast<std::size_t>(n));
-  for (Eigen::Index i = 0; i < n; ++i) {
-    if (!(a(i, i) > 1.0 / kLargestDiagonal && a(i, i) < kLargestDiagonal)) {
-      return false;
-    }
-    scale[static_cast<std::size_t>(i)] = std::exp2(-std::round(std::log2(a(i, i)) / 2.0));
+/// Upper bound of the 2-norm of what left and right leave open, rows scaled.
+inline double factored_norm(const Eigen::MatrixXd& left, const Eigen::MatrixXd& right,
+                            const Eigen::VectorXd& scale) {
+  double total = 0.0;
+  for (Eigen::Index k = 0; k < left.cols(); ++k) {
+    total += 2.0 * (left.col(k).cwiseProduct(scale).norm() + kSmallestNorm) *
+             (right.col(k).cwiseProduct(scale).norm() + kSmallestNorm);
   }
-  Eigen::MatrixXd scaled(n, n);
-  Eigen::VectorXd row_sum = Eigen::VectorXd::Zero(n);
+  return total * (1.0 + 4.0 * static_cast<double>(left.rows() + 8) * kUnitRoundoff);
+}
+
+/// Lower triangle of the scaled matrix, and sums of the scaled radius, which may be empty, over whole rows.
+inline void scale_form(const Eigen::MatrixXd& a, const Eigen::MatrixXd& radius, const Eigen::VectorXd& scale,
+                       Eigen::MatrixXd& scaled, Eigen::VectorXd& row_sum) {
+  const Eigen::Index n = a.rows();
+  scaled.resize(n, n);
+  // A scaled entry is exact unless it underflows; the smallest number covers that.
+  row_sum = Eigen::VectorXd::Constant(n, static_cast<double>(n) * kSmallest);
   for (Eigen::Index j = 0; j < n; ++j) {
+    const Eigen::Index rest = n - j;
+    scaled.col(j).tail(rest) = scale(j) * a.col(j).tail(rest).cwiseProduct(scale.tail(rest));
+    if (radius.size() == 0) {
+      continue;
+    }
     for (Eigen::Index i = j; i < n; ++i) {
-      const double factor = scale[static_cast<std::size_t>(i)] * scale[static_cast<std::size_t>(j)];
-      scaled(i, j) = a(i, j) * factor;
-      // The scaled entry is exact unless it underflows; the smallest number covers that.
-      const double error = radius(i, j) * factor + kSmallest;
+      const double error = radius(i, j) * (scale(i) * scale(j)) + kSmallest;
       row_sum(i) += error;
       if (i != j) {
         row_sum(j) += error;
       }
     }
   }
+}
+
+inline bool positive_definite(const Eigen::MatrixXd& a, const Eigen::MatrixXd& radius,
+                              const Eigen::MatrixXd& left, const Eigen::MatrixXd& right) {
+  using linalg::round_up;
+  const Eigen::Index n = a.rows();
+  Eigen::VectorXd scale(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    if (!(a(i, i) > 1.0 / kLargestDiagonal && a(i, i) < kLargestDiagonal)) {
+      return false;
+    }
+    scale(i) = std::ldexp(1.0, -(std::ilogb(a(i, i)) / 2));
+  }
+  Eigen::MatrixXd scaled;
+  Eigen::VectorXd row_sum;
+  scale_form(a, radius, scale, scaled, row_sum);
+  const double factored = factored_norm(left, right, scale);
   const auto size = static_cast<double>(n);
   const double count = 2.0 * (size + 1.0);
   const double gamma = round_up(count * kUnitRoundoff / (1.0 - count * kUnitRoundoff));
@@ -99,20 +122,31 @@ TRAMMEL_INLINE bool positive_definite(const Eigen::MatrixXd& a, const Eigen::Mat
   double largest = 0.0;
   double widest = 0.0;
   for (Eigen::Index i = 0; i < n; ++i) {
-    trace = round_up(trace + scaled(i, i));
+    trace += scaled(i, i);
     largest = std::max(largest, scaled(i, i));
-    if (!std::isfinite(row_sum(i))) {
+    if (!std::isfinite(row_sum(i) + factored)) {
       return false;
     }
-    widest = std::max(widest, row_sum(i));
+    widest = std::max(widest, row_sum(i) + factored);
   }
-  // A few roundings up: each of the two terms has at most n + 4 operations.
+  // A few roundings up: each of the terms has at most n + 4 operations.
   const double slack = 1.0 + 4.0 * (size + 4.0) * kUnitRoundoff;
-  const double shift = slack * (gamma * trace / 2.0 + 4.0 * kSmallest * size * (count + largest) + widest);
+  const double shift =
+      round_up(slack * (gamma * trace / 2.0 + 4.0 * kSmallest * size * (count + largest) + widest));
   for (Eigen::Index i = 0; i < n; ++i) {
-    scaled(i, i) = linalg::round_down(scaled(i, i) - round_up(shift));
+    scaled(i, i) = linalg::round_down(scaled(i, i) - shift);
   }
   return cholesky_succeeds(scaled);
+}
+
+}  // namespace verified_cholesky_detail
+
+TRAMMEL_INLINE bool positive_definite(const UncertainForm& form) {
+  return verified_cholesky_detail::positive_definite(form.middle, form.radius, form.left, form.right);
+}
+
+TRAMMEL_INLINE bool positive_definite(const Eigen::MatrixXd& a, const Eigen::MatrixXd& radius) {
+  return verified_cholesky_detail::positive_definite(a, radius, {}, {});
 }
 
 }  // namespace trammel::inline TRAMMEL_ABI::certify

@@ -78,7 +78,8 @@ struct Enclosure {
 /// factors cause, u = 2^-53 (Ogita, Rump, Oishi 2005, "Accurate sum and dot product", section 5, kept as an
 /// unevaluated sum and with the trailing parts included). Entries beyond 2^400 give an infinite radius;
 /// underflow is covered by an absolute term. Rounding must be to nearest. Cost: about ten operations per
-/// term, vectorised over rows; columns of the first factor that are zero within a block of rows are skipped.
+/// term, vectorised over rows; zeros of the second factor, and columns of the first that are zero within a
+/// block of rows, are skipped.
 struct EnclosedMatrix {
   Eigen::MatrixXd hi;
   Eigen::MatrixXd lo;
@@ -96,15 +97,11 @@ struct EnclosedMatrix {
 /// Which entries of a product are computed; the others are left zero.
 enum class ProductPart { kFull, kLower };
 
-/// Arithmetic of a product. kDouble takes the leading parts alone, at the speed of a plain product: radius
-/// 2 (n + 5) u times norms of row and column (in place of |A||B|) beside what the radii of the factors cause.
-enum class Precision { kDouble, kDoubleDouble };
-
 /// A B.
 [[nodiscard]] EnclosedMatrix product(const EnclosedMatrix& a, const EnclosedMatrix& b,
-                                     Precision precision = Precision::kDoubleDouble,
                                      ProductPart part = ProductPart::kFull);
-/// A B - C, C exact with the shape of the product: no digits are lost where A B is close to C.
+/// A B - C, C exact with the shape of the product: no digits are lost where A B is close to C. Not in
+/// kDouble.
 [[nodiscard]] EnclosedMatrix product_minus(const EnclosedMatrix& a, const EnclosedMatrix& b,
                                            const Eigen::MatrixXd& c);
 /// diag(d) A, d exact.

@@ -4,95 +4,20 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <utility>
-#include <vector>
 
 #include "trammel/linalg/double_double.hpp"
+#include "trammel/linalg/error_norms.hpp"
+#include "trammel/linalg/sparse_columns.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::linalg {
 
 namespace double_double_detail {
 
-inline constexpr double kUnitRoundoff = 0x1p-53;
-/// Rows computed together: a multiple of every vector length, few enough to stay in the first cache.
-inline constexpr Eigen::Index kBlockRows = 32;
-/// Entries beyond this could overflow in products of products.
-inline constexpr double kLargestEntry = 0x1p400;
-/// Covers all errors from underflow in a sum of 2^40 terms whose factors are at most kLargestEntry.
-inline constexpr double kUnderflow = 0x1p-600;
-
-using BlockColumn = std::array<double, kBlockRows>;
-
-/// One block of rows of the first factor: its non-zero columns, one after the other.
-struct PackedRows {
-  std::vector<Eigen::Index> columns;
-  std::vector<BlockColumn> hi;
-  std::vector<BlockColumn> lo;
-};
-
-inline void pack(const EnclosedMatrix& a, Eigen::Index first, Eigen::Index count, PackedRows& packed) {
-  packed.columns.clear();
-  packed.hi.clear();
-  packed.lo.clear();
-  const bool has_lo = a.lo.size() != 0;
-  for (Eigen::Index k = 0; k < a.cols(); ++k) {
-    const double* const source = a.hi.data() + k * a.rows() + first;
-    if (std::all_of(source, source + count, [](double x) { return x == 0.0; })) {
-      continue;  // |lo| <= u |hi|
-    }
-    packed.columns.push_back(k);
-    packed.hi.emplace_back();
-    packed.hi.back().fill(0.0);
-    std::copy_n(source, count, packed.hi.back().begin());
-    if (has_lo) {
-      packed.lo.emplace_back();
-      packed.lo.back().fill(0.0);
-      std::copy_n(a.lo.data() + k * a.rows() + first, count, packed.lo.back().begin());
-    }
-  }
-}
-
-/// (hi, lo) += packed rows times one column of the second factor.
-template <bool kLeftLow, bool kRightLow>
-inline void accumulate(const PackedRows& left, const double* right_hi, const double* right_lo,
-                       BlockColumn& hi_out, BlockColumn& lo_out) {
-  BlockColumn hi = hi_out;
-  BlockColumn lo = lo_out;
-  for (std::size_t t = 0; t < left.columns.size(); ++t) {
-    const double b = right_hi[left.columns[t]];
-    if (b == 0.0) {
-      continue;
-    }
-    const BlockColumn& a = left.hi[t];
-    [[maybe_unused]] const double b_lo = kRightLow ? right_lo[left.columns[t]] : 0.0;
-    for (std::size_t r = 0; r < a.size(); ++r) {
-      const DoubleDouble term = two_product(a[r], b);
-      const DoubleDouble partial = two_sum(hi[r], term.hi);
-      hi[r] = partial.hi;
-      double low = term.lo;
-      if constexpr (kLeftLow) {
-        low = std::fma(left.lo[t][r], b, low);
-      }
-      if constexpr (kRightLow) {
-        low = std::fma(a[r], b_lo, low);
-      }
-      lo[r] += partial.lo + low;
-    }
-  }
-  hi_out = hi;
-  lo_out = lo;
-}
-
-inline bool entries_in_range(const Eigen::MatrixXd& x) {
-  return x.size() == 0 || x.cwiseAbs().maxCoeff() <= kLargestEntry;
-}
-
-/// |hi| + |lo|, rounded up.
+/// Upper bound of the sizes of entries, trailing parts included.
 inline Eigen::MatrixXd magnitude(const EnclosedMatrix& a) { return (1.0 + 0x1p-51) * a.hi.cwiseAbs(); }
 
-/// Upper bound of the radius of A B - C in double-double arithmetic.
+/// Upper bound of the radius of A B - C in double-double arithmetic; c null: C = 0.
 inline Eigen::MatrixXd product_radius(const EnclosedMatrix& a, const EnclosedMatrix& b,
                                       const Eigen::MatrixXd* c) {
   const double terms = static_cast<double>(a.cols()) + 5.0;
@@ -124,68 +49,6 @@ inline Eigen::MatrixXd product_radius(const EnclosedMatrix& a, const EnclosedMat
   return radius;
 }
 
-/// Upper bound of the radius of A B in plain arithmetic, from norms of the rows of A and columns of B (Cauchy
-/// and Schwarz) after a diagonal scaling D of the inner dimension that balances the two: no further products.
-inline Eigen::MatrixXd plain_radius(const EnclosedMatrix& a, const EnclosedMatrix& b) {
-  const double terms = static_cast<double>(a.cols()) + 5.0;
-  const double relative = 2.0 * terms * kUnitRoundoff;
-  Eigen::VectorXd scale = Eigen::VectorXd::Ones(a.cols());
-  for (Eigen::Index k = 0; k < a.cols(); ++k) {
-    const double ratio = b.hi.row(k).lpNorm<Eigen::Infinity>() / a.hi.col(k).lpNorm<Eigen::Infinity>();
-    if (std::isfinite(ratio) && ratio > 0.0) {
-      scale(k) = std::exp2(std::round(std::log2(ratio) / 2.0));
-    }
-  }
-  const auto row_norms = [&scale](const Eigen::MatrixXd& x) -> Eigen::VectorXd {
-    return (x * scale.asDiagonal()).rowwise().norm();
-  };
-  const auto column_norms = [&scale](const Eigen::MatrixXd& x) -> Eigen::RowVectorXd {
-    return (scale.cwiseInverse().asDiagonal() * x).colwise().norm();
-  };
-  const Eigen::VectorXd a_size = row_norms(a.hi);
-  const Eigen::RowVectorXd b_size = column_norms(b.hi);
-  Eigen::RowVectorXd b_error = relative * b_size;
-  if (b.radius.size() != 0) {
-    b_error += column_norms(b.radius);
-  }
-  Eigen::MatrixXd radius = a_size * b_error;
-  if (a.radius.size() != 0) {
-    radius += row_norms(a.radius) * (b_size + b_error);
-  }
-  // Norms, sums and products round at most terms + 3 times; the trailing parts are below u of the leading.
-  radius = ((1.0 + 8.0 * terms * kUnitRoundoff) * radius.array() + kUnderflow).matrix();
-  if (!(entries_in_range(a.hi) && entries_in_range(b.hi))) {
-    radius.setConstant(std::numeric_limits<double>::infinity());
-  }
-  return radius;
-}
-
-template <bool kLeftLow, bool kRightLow>
-inline void multiply(const EnclosedMatrix& a, const EnclosedMatrix& b, ProductPart part,
-                     EnclosedMatrix& result) {
-  PackedRows packed;
-  for (Eigen::Index first = 0; first < a.rows(); first += kBlockRows) {
-    const Eigen::Index count = std::min(kBlockRows, a.rows() - first);
-    pack(a, first, count, packed);
-    const Eigen::Index columns = part == ProductPart::kLower ? std::min(b.cols(), first + count) : b.cols();
-    for (Eigen::Index j = 0; j < columns; ++j) {
-      double* const hi_target = result.hi.data() + j * a.rows() + first;
-      double* const lo_target = result.lo.data() + j * a.rows() + first;
-      BlockColumn hi{};
-      BlockColumn lo{};
-      std::copy_n(hi_target, count, hi.begin());
-      accumulate<kLeftLow, kRightLow>(packed, b.hi.data() + j * b.rows(),
-                                      kRightLow ? b.lo.data() + j * b.rows() : nullptr, hi, lo);
-      for (Eigen::Index r = 0; r < count; ++r) {
-        const auto entry = static_cast<std::size_t>(r);
-        const DoubleDouble normal = two_sum(hi[entry], lo[entry]);
-        hi_target[r] = normal.hi;
-        lo_target[r] = normal.lo;
-      }
-    }
-  }
-}
-
 inline EnclosedMatrix product_from(const EnclosedMatrix& a, const EnclosedMatrix& b, ProductPart part,
                                    const Eigen::MatrixXd* c) {
   EnclosedMatrix result;
@@ -195,17 +58,7 @@ inline EnclosedMatrix product_from(const EnclosedMatrix& a, const EnclosedMatrix
     result.hi = Eigen::MatrixXd::Zero(a.rows(), b.cols());
   }
   result.lo = Eigen::MatrixXd::Zero(a.rows(), b.cols());
-  const bool a_low = a.lo.size() != 0;
-  const bool b_low = b.lo.size() != 0;
-  if (a_low && b_low) {
-    multiply<true, true>(a, b, part, result);
-  } else if (a_low) {
-    multiply<true, false>(a, b, part, result);
-  } else if (b_low) {
-    multiply<false, true>(a, b, part, result);
-  } else {
-    multiply<false, false>(a, b, part, result);
-  }
+  add_sparse_product(a.hi, a.lo, SparseColumns(b.hi, b.lo), part, result.hi, result.lo);
   result.radius = product_radius(a, b, c);
   return result;
 }
@@ -244,15 +97,8 @@ TRAMMEL_INLINE EnclosedMatrix EnclosedMatrix::transpose() const {
   return result;
 }
 
-TRAMMEL_INLINE EnclosedMatrix product(const EnclosedMatrix& a, const EnclosedMatrix& b, Precision precision,
-                                      ProductPart part) {
-  if (precision == Precision::kDoubleDouble) {
-    return double_double_detail::product_from(a, b, part, nullptr);
-  }
-  EnclosedMatrix result;
-  result.hi.noalias() = a.hi * b.hi;
-  result.radius = double_double_detail::plain_radius(a, b);
-  return result;
+TRAMMEL_INLINE EnclosedMatrix product(const EnclosedMatrix& a, const EnclosedMatrix& b, ProductPart part) {
+  return double_double_detail::product_from(a, b, part, nullptr);
 }
 
 TRAMMEL_INLINE EnclosedMatrix product_minus(const EnclosedMatrix& a, const EnclosedMatrix& b,
@@ -261,14 +107,11 @@ TRAMMEL_INLINE EnclosedMatrix product_minus(const EnclosedMatrix& a, const Enclo
 }
 
 TRAMMEL_INLINE EnclosedMatrix scale_rows(const EnclosedMatrix& a, const Eigen::VectorXd& d) {
-  using double_double_detail::kUnderflow;
-  using double_double_detail::kUnitRoundoff;
   EnclosedMatrix result;
   result.hi.resize(a.rows(), a.cols());
   result.lo.resize(a.rows(), a.cols());
   result.radius.resize(a.rows(), a.cols());
-  const bool in_range =
-      double_double_detail::entries_in_range(a.hi) && double_double_detail::entries_in_range(d);
+  const bool in_range = entries_in_range(a.hi) && entries_in_range(d);
   for (Eigen::Index j = 0; j < a.cols(); ++j) {
     for (Eigen::Index i = 0; i < a.rows(); ++i) {
       const DoubleDouble leading = two_product(a.hi(i, j), d(i));
@@ -294,8 +137,6 @@ TRAMMEL_INLINE EnclosedMatrix difference(const EnclosedMatrix& a, const Enclosed
 }
 
 TRAMMEL_INLINE Enclosure inner_product(const EnclosedMatrix& a, const EnclosedMatrix& b) {
-  using double_double_detail::kUnderflow;
-  using double_double_detail::kUnitRoundoff;
   Enclosure result;
   double size = 0.0;          // sum of |a b|
   double from_factors = 0.0;  // what the radii of the factors cause
@@ -319,7 +160,7 @@ TRAMMEL_INLINE Enclosure inner_product(const EnclosedMatrix& a, const EnclosedMa
   result.hi = normal.hi;
   result.lo = normal.lo;
   result.radius = slack * (terms * terms * kUnitRoundoff * kUnitRoundoff * size + from_factors) + kUnderflow;
-  if (!(double_double_detail::entries_in_range(a.hi) && double_double_detail::entries_in_range(b.hi))) {
+  if (!(entries_in_range(a.hi) && entries_in_range(b.hi))) {
     result.radius = std::numeric_limits<double>::infinity();
   }
   return result;
