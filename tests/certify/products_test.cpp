@@ -176,15 +176,19 @@ TEST(QuickCriterion, SquaredNormIsEnclosedForAllRowsWithinTheErrors) {
   RandomStream random(kSeed + 4);
   for (int n = 0; n < 40; ++n) {
     const Eigen::Index p = random_size(random, 12);
-    const Eigen::MatrixXd factor = random_matrix(random_size(random, 20), p, random, 6.0, 0.6);
-    const Eigen::MatrixXd x = random_matrix(random_size(random, 8), p, random, 6.0, 0.0);
+    Eigen::MatrixXd factor = random_matrix(random_size(random, 20), 2 * p, random, 6.0, 0.6);
+    Eigen::MatrixXd x = random_matrix(random_size(random, 8), 2 * p, random, 6.0, 0.0);
+    if (n % 4 == 1) {  // nearly everything cancels in C x
+      factor.rightCols(p) = -(1.0 + 0x1p-50) * factor.leftCols(p);
+      x.rightCols(p) = x.leftCols(p);
+    }
     const certify::QuickCriterion criterion(factor);
     // One entry of each row moved as far as the error allows.
     Eigen::VectorXd errors = Eigen::VectorXd::Zero(x.rows());
     Eigen::MatrixXd moved = x;
     if (n % 2 == 0) {
       for (Eigen::Index i = 0; i < x.rows(); ++i) {
-        const auto j = static_cast<Eigen::Index>(random.uniform() * static_cast<double>(p));
+        const auto j = static_cast<Eigen::Index>(random.uniform() * static_cast<double>(2 * p));
         const double move = 1e-9 * x(i, j);
         moved(i, j) += move;
         errors(i) = (1.0 + 1e-6) * std::abs(move) * criterion.weights()(j);
