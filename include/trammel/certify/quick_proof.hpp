@@ -83,7 +83,6 @@ class QuickProof {
   /// |C (K F' + share X (F L)')|_F^2, rounded up; X given transposed with the errors of its rows.
   [[nodiscard]] double residual(const Seen& seen, double share, const Bias& x) const;
 
-  const GuaranteedProblem& problem_;
   const Eigen::MatrixXd& gain_;
   QuickCriterion criterion_;
   linalg::SparseColumns information_;             ///< F

@@ -46,8 +46,7 @@ inline double plain_share(Eigen::Index terms) { return 2.0 * static_cast<double>
 }  // namespace quick_proof_detail
 
 TRAMMEL_INLINE QuickProof::QuickProof(const GuaranteedProblem& problem, const Eigen::MatrixXd& gain)
-    : problem_(problem),
-      gain_(gain),
+    : gain_(gain),
       criterion_(problem.criterion_factor),
       information_(problem.information_factor),
       information_transposed_(information_.transpose()) {

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "trammel/certify/verified_cholesky.hpp"
-#include "trammel/linalg/double_double.hpp"
+#include "trammel/linalg/error_free.hpp"
 #include "trammel/linalg/error_norms.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::certify {

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "trammel/linalg/coarse_product.hpp"
+#include "trammel/linalg/error_free.hpp"
 #include "trammel/linalg/error_norms.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::linalg {

@@ -1,60 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 /// @file
-/// Double-double arithmetic with proved error radii: error-free transformations and matrix products.
+/// Double-double matrices with proved error radii and their products.
 #pragma once
 
-#include <cmath>
-#include <limits>
 #include <utility>
 
 #include <Eigen/Core>
 
 #include "trammel/core/config.hpp"
+#include "trammel/linalg/error_free.hpp"
+#include "trammel/linalg/sparse_columns.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::linalg {
-
-/// Unevaluated sum hi + lo.
-struct DoubleDouble {
-  double hi = 0.0;
-  double lo = 0.0;
-};
-
-/// hi = fl(a + b), lo = the rounding error, exactly (Knuth 1969, TwoSum).
-[[nodiscard]] inline DoubleDouble two_sum(double a, double b) noexcept {
-  const double sum = a + b;
-  const double b_part = sum - a;
-  return {sum, (a - (sum - b_part)) + (b - b_part)};
-}
-
-/// hi = fl(a b), lo = the rounding error, exactly unless it underflows (TwoProd with a fused multiply-add).
-[[nodiscard]] inline DoubleDouble two_product(double a, double b) noexcept {
-#ifdef FP_FAST_FMA
-  // Written as a fused operation so that no compiler contracts the product with the sum that follows.
-  const double product = std::fma(a, b, 0.0);
-#else
-  const double product = a * b;
-#endif
-  return {product, std::fma(a, b, -product)};
-}
-
-/// Next double above: an upper bound of a result rounded once.
-[[nodiscard]] inline double round_up(double x) noexcept {
-  return std::nextafter(x, std::numeric_limits<double>::infinity());
-}
-
-/// Next double below.
-[[nodiscard]] inline double round_down(double x) noexcept {
-  return std::nextafter(x, -std::numeric_limits<double>::infinity());
-}
-
-/// Sum, every step rounded up.
-[[nodiscard]] inline double sum_rounded_up(const Eigen::VectorXd& values) noexcept {
-  double total = 0.0;
-  for (const double value : values) {
-    total = round_up(total + value);
-  }
-  return total;
-}
 
 /// A real number known to lie within `radius` of hi + lo.
 struct Enclosure {
@@ -93,9 +50,6 @@ struct EnclosedMatrix {
   [[nodiscard]] Eigen::Index cols() const { return hi.cols(); }
   [[nodiscard]] EnclosedMatrix transpose() const;
 };
-
-/// Which entries of a product are computed; the others are left zero.
-enum class ProductPart { kFull, kLower };
 
 /// A B.
 [[nodiscard]] EnclosedMatrix product(const EnclosedMatrix& a, const EnclosedMatrix& b,

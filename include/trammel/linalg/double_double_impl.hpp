@@ -8,7 +8,6 @@
 
 #include "trammel/linalg/double_double.hpp"
 #include "trammel/linalg/error_norms.hpp"
-#include "trammel/linalg/sparse_columns.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::linalg {
 

@@ -12,9 +12,12 @@
 #include <Eigen/Core>
 
 #include "trammel/core/config.hpp"
-#include "trammel/linalg/double_double.hpp"
+#include "trammel/linalg/error_free.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::linalg {
+
+/// Which entries of a product are computed; the others are left zero.
+enum class ProductPart { kFull, kLower };
 
 /// Columns of a matrix B, n x q, without their zeros, one after the other.
 class SparseColumns {
