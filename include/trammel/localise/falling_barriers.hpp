@@ -49,11 +49,15 @@ inline Fit fit_with_falling_barriers(const FitProblem& problem, const Eigen::Vec
                                      const FitSettings& settings = {}) {
   require(!weights.empty(), "weights", "none", "barrier weights");
   constexpr int kSoon = 8;
+  constexpr double kOnTheWay = 1e-2;  // decrease worth a step where another fit follows
   std::vector<double> all(weights.begin(), weights.end());
   Fit fit{.z = start};
   int systems = 0;
   for (std::size_t k = 0; k < all.size(); ++k) {
     FitSettings now = settings;
+    if (k + 1 < all.size()) {
+      now.relative_decrease = std::max(kOnTheWay, settings.relative_decrease);
+    }
     if (k == 0) {
       now.max_systems = std::min(kSoon, settings.max_systems);
     }
