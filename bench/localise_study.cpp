@@ -19,6 +19,8 @@
 #include <tuple>
 #include <vector>
 
+#include <malloc.h>
+
 #include "localise_peers.hpp"
 #include "localise_truth.hpp"
 #include "trammel/certify/certificate.hpp"
@@ -441,6 +443,9 @@ void study_cost() {
 }  // namespace
 
 int main(int argc, char** argv) {
+  // Freed memory is kept, as by the program: pages need not be cleared anew.
+  mallopt(M_MMAP_THRESHOLD, 1 << 25);
+  mallopt(M_TRIM_THRESHOLD, 1 << 30);
   const std::string_view what = argc > 1 ? argv[1] : "";
   if (what == "manoeuvre") {
     study_manoeuvre(argc > 2 ? std::atoi(argv[2]) : 1000);

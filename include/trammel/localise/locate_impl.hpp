@@ -199,10 +199,14 @@ inline void descend_from_mirrors(const FitProblem& problem, Search& search, cons
   const double closest = *std::min_element(problem.grid_s().begin(), problem.grid_s().end(),
                                            [&](double a, double b) { return gap(a) < gap(b); });
   search.descend(mirror(problem, z, plane_m, [](double) { return true; }), kLast);
-  search.descend(mirror(problem, z, plane_m, [&](double t) { return t < closest; }), kLast);
-  for (const double from :
-       {closest, basis.begin_s() + basis.duration_s() / 3, basis.begin_s() + basis.duration_s() / 2,
-        basis.begin_s() + basis.duration_s() * 2 / 3}) {
+  std::vector<double> from_s{basis.begin_s() + basis.duration_s() / 3,
+                             basis.begin_s() + basis.duration_s() / 2,
+                             basis.begin_s() + basis.duration_s() * 2 / 3};
+  if (closest > basis.begin_s() && closest < basis.end_s()) {  // else there is nothing before or after it
+    search.descend(mirror(problem, z, plane_m, [&](double t) { return t < closest; }), kLast);
+    from_s.insert(from_s.begin(), closest);
+  }
+  for (const double from : from_s) {
     search.descend(mirror(problem, z, plane_m, [&](double t) { return t >= from; }), kLast);
   }
 }
