@@ -106,7 +106,7 @@ struct Pair {
 
 void study_set_up(const SetUp& set_up) {
   constexpr int kRepeats = 5;
-  constexpr localise::FitSettings kTight{.max_systems = 5000, .relative_decrease = 1e-18};
+  const localise::FitSettings kTight{.max_systems = 5000, .relative_decrease = 1e-18};
   Pair fit, reference, search;
   double apart_m = 0.0;
   double apart_stated = 0.0;

@@ -202,7 +202,7 @@ inline void descend_from_mirrors(const FitProblem& problem, Search& search, cons
   std::vector<double> from_s{basis.begin_s() + basis.duration_s() / 3,
                              basis.begin_s() + basis.duration_s() / 2,
                              basis.begin_s() + basis.duration_s() * 2 / 3};
-  if (closest > basis.begin_s() && closest < basis.end_s()) {  // else there is nothing before or after it
+  if (closest > basis.begin_s()) {  // else there is nothing before it, and all after it
     search.descend(mirror(problem, z, plane_m, [&](double t) { return t < closest; }), kLast);
     from_s.insert(from_s.begin(), closest);
   }
