@@ -208,7 +208,7 @@ class Channels {
       }
       s = next;
     }
-    return {.upper = upper(width, eigen.eigenvalues().maxCoeff()), .lower = (N * s).norm()};
+    return {.upper = upper(width, size_sum(width), eigen.eigenvalues().maxCoeff()), .lower = (N * s).norm()};
   }
 
   /// The upper bound alone.
@@ -216,8 +216,15 @@ class Channels {
                                    const std::vector<sensor::Padded>& half_width) const {
     const Eigen::VectorXd width = widths(sights, half_width);
     const Eigen::MatrixXd N = unit_ * width.asDiagonal();
-    return upper(width,
-                 linalg::SymmetricEigen(N * N.transpose(), Eigen::EigenvaluesOnly).eigenvalues().maxCoeff());
+    const Eigen::MatrixXd square = N * N.transpose();
+    const double sum = size_sum(width);
+    // The largest eigenvalue is at least the Frobenius norm over the root of their number: often that says
+    // that its bound is not the smaller one.
+    const double least = square.norm() / std::sqrt(static_cast<double>(square.rows()));
+    if (sum <= static_cast<double>(width.size()) * least) {
+      return std::sqrt(sum);
+    }
+    return upper(width, sum, linalg::SymmetricEigen(square, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff());
   }
 
  private:
@@ -247,7 +254,12 @@ class Channels {
     return result;
   }
 
-  [[nodiscard]] double upper(const Eigen::VectorXd& width, double largest) const {
+  [[nodiscard]] static double upper(const Eigen::VectorXd& width, double sum, double largest) {
+    return std::sqrt(std::min(sum, static_cast<double>(width.size()) * std::max(0.0, largest)));
+  }
+
+  /// Sum of all |M_kl|.
+  [[nodiscard]] double size_sum(const Eigen::VectorXd& width) const {
     double sum = 0.0;
     const auto add = [&](Eigen::Index first, const Eigen::MatrixXd& panel) {
       const Eigen::VectorXd rows = panel * width.segment(first, panel.cols());
@@ -261,7 +273,7 @@ class Channels {
         add(first, panels_[static_cast<std::size_t>(first / kPanel)]);
       }
     }
-    return std::sqrt(std::min(sum, static_cast<double>(width.size()) * std::max(0.0, largest)));
+    return sum;
   }
 
   Eigen::MatrixXd unit_;                 ///< C K L^-1
