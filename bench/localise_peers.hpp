@@ -13,9 +13,9 @@
 #include <Eigen/Core>
 #include <Eigen/LU>
 
+#include "trammel/ceres/fit.hpp"
 #include "trammel/filter/minimise.hpp"
 #include "trammel/linalg/cholesky.hpp"
-#include "trammel/localise/levenberg_marquardt.hpp"
 #include "trammel/localise/stated_value.hpp"
 #include "trammel/problem/noise.hpp"
 #include "trammel/problem/scenario.hpp"
@@ -77,7 +77,7 @@ inline PeerEstimates unbounded_estimates(Scenario scenario, const localise::Stat
   PeerEstimates result{
       .gauss_markov = {positions(problem.trajectory(), one_step, times_s), unbiased_sigma(at.hessian, C)},
       .least_squares = {}};
-  const localise::Fit fit = localise::fit_levenberg_marquardt(problem, start, 0.0, {.max_systems = 300});
+  const localise::Fit fit = localise::fit_ceres(problem, start, 0.0, {.max_systems = 300});
   if (std::isfinite(fit.cost)) {
     result.least_squares = PeerEstimate{positions(problem.trajectory(), fit.z, times_s),
                                         unbiased_sigma(problem.expand(fit.z, 0.0).hessian, C)};
