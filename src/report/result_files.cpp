@@ -127,6 +127,7 @@ void add_statement(const ReportInput& input, Json& json) {
   }
   json["tube"] = {
       {"factor", localise::kTubeFactor},
+      {"widening", io::to_json(statement.tube_widening)},
       {"rms_m", io::to_json(Eigen::Map<const Eigen::VectorXd>(
                     statement.tube_m.data(), static_cast<Eigen::Index>(statement.tube_m.size())))}};
   json["floor_test"] = Json::array();

@@ -30,9 +30,9 @@ inline constexpr const char* kClaimCovers =
 /// and the statement (localise::Statement): stated_rms_m (null where ambiguous), stated_rms_fixed_point_m,
 /// linear_guarantee_rms_m, curvature_rms_m, curvature_lower_rms_m, model_error_rms_m, kappa, consistency,
 /// independence, model_error {position_m, velocity_mps, kind}, reference {method, barrier_weight,
-/// minimum_height_m, starts, linear_systems, cost, chi2, observations}, tube {factor, rms_m}, floor_test,
-/// entries {height_m, cost_difference, distance_m, reference_cost_difference, reference_distance_m},
-/// competing_solutions, proved, assumed; status is "ambiguous" where the data are.
+/// minimum_height_m, starts, linear_systems, cost, chi2, observations}, tube {factor, widening, rms_m},
+/// floor_test, entries {height_m, cost_difference, distance_m, reference_cost_difference,
+/// reference_distance_m}, competing_solutions, proved, assumed; status is "ambiguous" where the data are.
 /// Where stations have biases: lambda_stations_m2 (one per station) and estimate.biases, entries {station,
 /// component, estimate, guaranteed_rms, semi_axis}.
 /// Where outliers were looked for: outlier_test {false_alarm, quantile, tested, rounds, settled} and

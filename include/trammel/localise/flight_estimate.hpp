@@ -87,6 +87,7 @@ struct Statement {
   int systems = 0;  ///< linear systems solved in them
   /// Per observation in the scenario's order: bound of the reference's rms error there (tube).
   std::vector<double> tube_m;
+  double tube_widening = 1.0;  ///< contained in it (StatedValue); the larger of the halves'
 };
 
 /// Estimate and statement.

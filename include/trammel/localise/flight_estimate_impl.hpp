@@ -97,6 +97,7 @@ inline FlightEstimate from_one_fit(const Scenario& scenario, const FlightSetting
   add_competing(location, times, statement.competing);
   statement.reference = estimate::path_on_grid(stated.problem, stated.reference, times);
   statement.tube_m = stated.tube_m;
+  statement.tube_widening = stated.tube_widening;
   return result;
 }
 
@@ -115,6 +116,7 @@ inline FlightEstimate from_fixed_reference(const Scenario& scenario, const Fligh
     result.estimate.observed->linearisation.converged = false;
   }
   statement.tube_m = stated.tube_m;
+  statement.tube_widening = stated.tube_widening;
   return result;
 }
 
@@ -194,6 +196,7 @@ inline FlightEstimate from_cross_fit(const Scenario& scenario, const FlightSetti
     take_over(stated, statements[i]);
     add_search(locations[i], statement);
     add_competing(locations[i], estimates[i].nominal.times_s, statement.competing);
+    statement.tube_widening = std::max(statement.tube_widening, stated.tube_widening);
     for (std::size_t k = 0; k < stated.tube_m.size(); ++k) {
       statement.tube_m[halves[i].places[k]] = stated.tube_m[k];
     }
@@ -309,6 +312,11 @@ TRAMMEL_INLINE std::vector<std::string> describe_assumed(const Statement& statem
               "stated value settles, which supports this but does not prove it."
             : "The true path is within that tube of the path linearised about: the curvature term is too "
               "large for the tube to confirm itself.");
+  }
+  if (statement.consistency != Consistency::kNoBound && statement.tube_widening > 1.0) {
+    list.emplace_back("The estimate lies " + shortest(std::round(10 * statement.tube_widening) / 10) +
+                      " times as far from the path linearised about as its own error bound; the tube is "
+                      "widened to contain it.");
   }
   if (statement.independence != Independence::kFixedReference) {
     list.emplace_back("The search found every motion that explains the data about as well as the best one (" +

@@ -82,7 +82,9 @@ struct StatedValue {
   std::optional<double> fixed_point_rms_m;                              ///< where the tube settles
   /// fixed_point_rms_m where self-consistent, sum_rms_m where dominated by curvature, else NaN.
   double stated_rms_m = std::numeric_limits<double>::quiet_NaN();
-  std::vector<double> tube_m;  ///< tau_k per measurement: bound of the linear estimator's rms error there
+  /// tau_k per measurement: bound of the linear estimator's rms error there, times tube_widening.
+  std::vector<double> tube_m;
+  double tube_widening = 1.0;  ///< above 1 where the estimate lies clearly outside the tube
 };
 
 /// Solves the guaranteed problem linearised about the reference z_r and bounds what the linearisation leaves.
@@ -100,8 +102,13 @@ struct StatedValue {
 /// What is proved: for a reference that does not depend on the noise of these measurements, for every motion
 /// within the bounds whose deviation from the reference has fourth moments within the radii (in particular
 /// for every motion within the radii), the root mean square error over the noise is at most
-/// g_lin + beta + g_model. That the radii contain the truth is not proved; `consistency` tests it. With the
-/// reference fitted to the same measurements the dependence is neglected.
+/// g_lin + beta + g_model. That the radii contain the truth is not proved; `consistency` tests it, and where
+/// the estimate lies clearly farther from the reference than tau says (root mean squares over the
+/// measurements) all tau_k are widened to that distance: barriers pull a reference away from data that say
+/// little, such as ranges alone over many short segments, and then tau, which is the estimator's error, is
+/// too small for the reference's. With the reference fitted to the same measurements the dependence is
+/// neglected.
+///
 /// Cost: one guaranteed solve, O(n p^2) for the tube, O(n^2 p) for sum |M_kl|.
 /// Throws Error for a reference outside the bounds, and for range rates beside a model error without
 /// velocity_mps.

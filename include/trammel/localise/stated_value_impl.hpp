@@ -171,6 +171,32 @@ inline Sights look(const Scenario& scenario, const TrajectoryProblem& problem, c
   return result;
 }
 
+/// Widens the tube where the estimate lies clearly outside: by the root mean square of its distance from the
+/// reference over that of tau, both over the measurements. Returns the factor, 1 where it lies within.
+inline double widen_to(const Eigen::VectorXd& deviation, const Scenario& scenario,
+                       const TrajectoryProblem& problem, Sights& sights) {
+  const trajectory::QuadraticSpline<double> path = problem.coordinates.spline(deviation);
+  double distance = 0.0;
+  double tube = 0.0;
+  auto sight = sights.sights.begin();
+  for_each_measurement(scenario, [&](const MeasurementSite& site) {
+    distance += path.position(site.t_s + problem.time_offsets_s[site.station]).squaredNorm();
+    tube += sight->tube.all_m * sight->tube.all_m;
+    ++sight;
+  });
+  constexpr double kClearly = 2.0;  // less is usual where strong barriers hold the reference back
+  const double ratio = std::sqrt(distance / tube);
+  const double factor = ratio > kClearly && std::isfinite(ratio) ? ratio : 1.0;
+  for (Sight& each : sights.sights) {
+    each.tube.all_m *= factor;
+    each.tube.across_m *= factor;
+    each.tube.horizontal_m *= factor;
+    each.tube.velocity_mps *= factor;
+    each.clock.offset_s *= factor;
+  }
+  return factor;
+}
+
 struct ChannelBound {
   double upper = 0.0;
   double lower = 0.0;  ///< attained by signs
@@ -428,20 +454,21 @@ TRAMMEL_INLINE StatedValue state(const FitProblem& fit, const Eigen::VectorXd& r
       estimate::estimate_biases(result.problem, scenario.bounds, result.solution.gain);
   result.z.tail(biases.z.size()) = biases.z;
   result.linear_guarantee_rms_m = linalg::round_up(std::sqrt(result.solution.upper));
-  const detail::Sights sights = detail::look(scenario, result.problem, result.solution.gain);
+  detail::Sights sights = detail::look(scenario, result.problem, result.solution.gain);
+  result.tube_widening = detail::widen_to(result.z - result.reference, scenario, result.problem, sights);
   for (const detail::Sight& sight : sights.sights) {
     result.tube_m.push_back(sight.tube.all_m);
   }
+  const detail::Channels channels(sights);
+  result.model_error_rms_m = detail::model_term(sights, channels, model_error);
   const auto widths = detail::remainder_widths(sights, model_error, 1.0);
   if (!widths) {
     return result;
   }
-  const detail::Channels channels(sights);
   const detail::ChannelBound beta = channels.bound(sights, *widths);
   const double g_lin = result.linear_guarantee_rms_m;
   result.curvature_rms_m = beta.upper;
   result.curvature_lower_rms_m = beta.lower;
-  result.model_error_rms_m = detail::model_term(sights, channels, model_error);
   result.kappa = beta.upper / g_lin;
   result.sum_rms_m = g_lin + beta.upper + result.model_error_rms_m;
   result.fixed_point_rms_m =
