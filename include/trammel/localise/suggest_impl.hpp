@@ -282,13 +282,14 @@ TRAMMEL_INLINE Suggestion suggest_segments(const Scenario& scenario, const Sugge
     trial.stated_rms_m = stated.sum_rms_m;
     progress(static_cast<double>(result.trials.size() + i + 1));
   }
-  // NaN compares as worse.
-  const auto better = [](const LengthTrial& a, const LengthTrial& b) {
+  const auto less = [](double a, double b) {  // NaN compares as worse
+    return a < b || (std::isnan(b) && !std::isnan(a));
+  };
+  const auto better = [&less](const LengthTrial& a, const LengthTrial& b) {
     if (a.fits() != b.fits()) {
       return a.fits();
     }
-    return a.fits() ? a.stated_rms_m < b.stated_rms_m || std::isnan(b.stated_rms_m)
-                    : a.excess() < b.excess() || std::isnan(b.excess());
+    return a.fits() ? less(a.stated_rms_m, b.stated_rms_m) : less(a.excess(), b.excess());
   };
   result.best = static_cast<std::size_t>(
       std::min_element(result.trials.begin(), result.trials.end(), better) - result.trials.begin());
