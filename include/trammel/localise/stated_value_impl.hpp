@@ -24,6 +24,7 @@ namespace detail {
 /// One measurement seen from the reference.
 struct Sight {
   SensorKind kind = SensorKind::kRange;
+  double made_s = 0.0;         ///< the station's time offset included
   Eigen::Vector3d position_m;  ///< relative to the station
   Eigen::Vector3d velocity_mps;
   sensor::Linearised model;        ///< not whitened
@@ -37,6 +38,7 @@ struct Sights {
   std::vector<Sight> sights;
   Eigen::Index channels = 0;
   Eigen::Index criterion_rows = 0;
+  double widening = 1.0;  ///< of all tubes
 };
 
 /// Rms bound of P (rows of the motion) under the estimator: bias over the bounds and noise.
@@ -120,7 +122,7 @@ inline Sights look(const Scenario& scenario, const TrajectoryProblem& problem, c
     const Station& station = scenario.stations[site.station];
     Sight sight;
     sight.kind = station.kind;
-    const double made_s = site.t_s + problem.time_offsets_s[site.station];
+    const double made_s = sight.made_s = site.t_s + problem.time_offsets_s[site.station];
     const RelativeMotion motion = linearised_motion(problem, site.station, site.t_s);
     sight.position_m = motion.position_m;
     sight.velocity_mps = motion.velocity_mps;
@@ -171,30 +173,18 @@ inline Sights look(const Scenario& scenario, const TrajectoryProblem& problem, c
   return result;
 }
 
-/// Widens the tube where the estimate lies clearly outside: by the root mean square of its distance from the
-/// reference over that of tau, both over the measurements. Returns the factor, 1 where it lies within.
-inline double widen_to(const Eigen::VectorXd& deviation, const Scenario& scenario,
-                       const TrajectoryProblem& problem, Sights& sights) {
-  const trajectory::QuadraticSpline<double> path = problem.coordinates.spline(deviation);
+/// How much wider the tube has to be where the estimate lies clearly outside: the root mean square of its
+/// distance from the reference over that of tau, both over the measurements; 1 where it lies within.
+inline double tube_widening(const trajectory::QuadraticSpline<double>& deviation, const Sights& sights) {
+  constexpr double kClearly = 2.0;  // less is usual where strong barriers hold the reference back
   double distance = 0.0;
   double tube = 0.0;
-  auto sight = sights.sights.begin();
-  for_each_measurement(scenario, [&](const MeasurementSite& site) {
-    distance += path.position(site.t_s + problem.time_offsets_s[site.station]).squaredNorm();
-    tube += sight->tube.all_m * sight->tube.all_m;
-    ++sight;
-  });
-  constexpr double kClearly = 2.0;  // less is usual where strong barriers hold the reference back
-  const double ratio = std::sqrt(distance / tube);
-  const double factor = ratio > kClearly && std::isfinite(ratio) ? ratio : 1.0;
-  for (Sight& each : sights.sights) {
-    each.tube.all_m *= factor;
-    each.tube.across_m *= factor;
-    each.tube.horizontal_m *= factor;
-    each.tube.velocity_mps *= factor;
-    each.clock.offset_s *= factor;
+  for (const Sight& sight : sights.sights) {
+    distance += deviation.position(sight.made_s).squaredNorm();
+    tube += sight.tube.all_m * sight.tube.all_m;
   }
-  return factor;
+  const double ratio = std::sqrt(distance / tube);
+  return ratio > kClearly && std::isfinite(ratio) ? ratio : 1.0;
 }
 
 struct ChannelBound {
@@ -319,12 +309,13 @@ inline RemainderBound bound_sight(const Sight& sight, const ModelError& model, d
                          clock);
 }
 
-/// Half widths of the remainders with the tube multiplied by `factor`; nothing where one is not bounded.
+/// Half widths of the remainders with the widened tube multiplied by `factor`; nothing where one is not
+/// bounded.
 inline std::optional<std::vector<sensor::Padded>> remainder_widths(const Sights& sights,
                                                                    const ModelError& model, double factor) {
   std::vector<sensor::Padded> widths;
   for (const Sight& sight : sights.sights) {
-    const RemainderBound bound = bound_sight(sight, model, kTubeFactor * factor);
+    const RemainderBound bound = bound_sight(sight, model, kTubeFactor * sights.widening * factor);
     if (!bound.valid || !bound.half_width.allFinite()) {
       return std::nullopt;
     }
@@ -455,9 +446,11 @@ TRAMMEL_INLINE StatedValue state(const FitProblem& fit, const Eigen::VectorXd& r
   result.z.tail(biases.z.size()) = biases.z;
   result.linear_guarantee_rms_m = linalg::round_up(std::sqrt(result.solution.upper));
   detail::Sights sights = detail::look(scenario, result.problem, result.solution.gain);
-  result.tube_widening = detail::widen_to(result.z - result.reference, scenario, result.problem, sights);
+  sights.widening =
+      detail::tube_widening(result.problem.coordinates.spline(result.z - result.reference), sights);
+  result.tube_widening = sights.widening;
   for (const detail::Sight& sight : sights.sights) {
-    result.tube_m.push_back(sight.tube.all_m);
+    result.tube_m.push_back(sights.widening * sight.tube.all_m);
   }
   const detail::Channels channels(sights);
   result.model_error_rms_m = detail::model_term(sights, channels, model_error);
