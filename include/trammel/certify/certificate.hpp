@@ -61,7 +61,7 @@ struct CandidatePoint {
 /// The matrix inequality is proved after the congruence with a square basis W: W'(H - E'SE)W is enclosed and
 /// its definiteness proved by positive_definite(); a point that just fails is repaired by inflating the
 /// multipliers. W is next to L where that is square and well conditioned, but has so few bits that E W costs
-/// three plain products (QuickProof). Only where that is not enough, and more may help, the products are
+/// two plain products (QuickProof). Only where that is not enough, and more may help, the products are
 /// repeated in double-double arithmetic, also for L regularised by the bounds. Method: Jansson, Chaykin, Keil
 /// (2007), "Rigorous error bounds for the optimal value in semidefinite programming"; Rump (2006).
 ///
@@ -70,7 +70,7 @@ struct CandidatePoint {
 ///
 /// Guarantee: where claim is kVerified, lower <= true value of the optimum <= upper and K itself attains
 /// upper, as statements about the stored F, C, a_l, K. Modelling errors and the bounds themselves are
-/// outside. Cost: about seven plain p x p products where F, C and a_l are sparse and the point is good, half
+/// outside. Cost: about six plain p x p products where F, C and a_l are sparse and the point is good, half
 /// a product for each inflation tried otherwise. Throws Error for shapes that do not fit.
 [[nodiscard]] Certificate verify(const GuaranteedProblem& problem, const CandidatePoint& point);
 

@@ -352,15 +352,15 @@ inline double lower_bound(const Workspace& work, const Eigen::MatrixXd& factor,
                                 image, upper);
 }
 
-inline void prove_lower(const Workspace& work, const CandidatePoint& point, const UpperProof& proof,
+inline void prove_lower(const Workspace& work, const CandidatePoint& point, UpperProof proof,
                         Certificate& certificate) {
   const Eigen::MatrixXd& factor = point.prior_factor;
   double lower = 0.0;  // an error is never negative
   if (factor.cols() > 0) {
-    const bool known = proof.image.product.factor.size() > 0;
-    lower = std::max(lower,
-                     lower_bound(work, factor, known ? proof.image : work.quick.image(factor, work.stacked),
-                                 certificate.upper));
+    if (proof.image.product.factor.size() == 0) {
+      proof.image = work.quick.image(factor, work.stacked);
+    }
+    lower = std::max(lower, lower_bound(work, factor, proof.image, certificate.upper));
   }
   if (proof.unbounded.directions.cols() > 0) {
     const Eigen::MatrixXd extended =

@@ -21,7 +21,7 @@ namespace trammel::inline TRAMMEL_ABI::certify {
 ///
 /// E = K J - I is evaluated in double-double arithmetic that skips the zeros of F, and multiplied by coarse
 /// factors (coarse_product()); everything after that is plain arithmetic, since no leading digits cancel any
-/// more. Errors are kept as norms of rows, as the criterion sees them. Cost beside sparse products: three
+/// more. Errors are kept as norms of rows, as the criterion sees them. Cost beside sparse products: two
 /// p x p products for each basis, two halves for the form, and two for the lower bound.
 class QuickProof {
  public:

@@ -114,7 +114,7 @@ TRAMMEL_INLINE MatrixInequality QuickProof::inequality(const Image& image,
   bounded_error.array() += linalg::kSmallestNorm;
   const Eigen::Index terms = q + criterion_.terms();
   UncertainForm form = weighted_gram(image.bounded, bounded_error, rows, terms);
-  const Eigen::MatrixXd bias = product.hi.transpose();
+  const Eigen::MatrixXd bias = product.product.transpose();
   const double row_error = criterion_.weights().dot(product.row_error + image.error);
   const Eigen::VectorXd errors =
       room(p) * ((row_error * product.column_size + (2.0 * kUnitRoundoff) * criterion_.sizes(bias)).array() +
@@ -155,7 +155,7 @@ TRAMMEL_INLINE QuickProof::Bias QuickProof::prior_bias(const Eigen::MatrixXd& fa
   const linalg::CoarseProduct& product = image.product;
   const Eigen::Index p = factor.rows();
   const Eigen::MatrixXd rest = factor - product.factor;
-  Eigen::MatrixXd bias = product.hi;
+  Eigen::MatrixXd bias = product.product;
   bias.noalias() += error_hi_ * rest;
   Bias result;
   result.rows = bias.transpose();

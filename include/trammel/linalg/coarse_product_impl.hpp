@@ -8,7 +8,6 @@
 #include <limits>
 
 #include "trammel/linalg/coarse_product.hpp"
-#include "trammel/linalg/error_free.hpp"
 #include "trammel/linalg/error_norms.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::linalg {
@@ -16,21 +15,29 @@ namespace trammel::inline TRAMMEL_ABI::linalg {
 namespace coarse_product_detail {
 
 inline constexpr int kMantissaBits = 53;
-/// Bits of the coarse factor.
-inline constexpr int kCoarseBits = 24;
+/// Bits of the leading part of A, where the coarse factor can spare them.
+inline constexpr int kLeadingBits = 21;
+/// Most bits of the coarse factor.
+inline constexpr int kMostCoarseBits = 28;
 /// Units stay above 2^(kSmallestExponent - 2 kMantissaBits), so that no product of two of them underflows.
 inline constexpr int kSmallestExponent = -400;
 /// 1.5 2^52 w: adding and subtracting it leaves the nearest multiple of w, exactly, of numbers up to 2^51 w.
 inline constexpr double kAnchor = 0x1.8p52;
 
-/// Bits left for each of A1 and A2.
-inline int slice_bits(Eigen::Index n) {
-  int bits = kMantissaBits - kCoarseBits;
-  while ((Eigen::Index{1} << (kMantissaBits - kCoarseBits - bits)) < n) {
-    --bits;
+/// Bits of both factors, such that sums of n products of them are exact.
+struct Bits {
+  int leading = kLeadingBits;
+  int coarse = 0;
+
+  explicit Bits(Eigen::Index n) {
+    int left = kMantissaBits;
+    while ((Eigen::Index{1} << (kMantissaBits - left)) < n) {
+      --left;
+    }
+    coarse = std::min(left - kLeadingBits, kMostCoarseBits);
+    leading = left - coarse;
   }
-  return bits;
-}
+};
 
 /// 2^-bits of the power of two above `largest`.
 inline double unit(double largest, int bits) {
@@ -38,69 +45,44 @@ inline double unit(double largest, int bits) {
   return std::ldexp(1.0, std::max(exponent, kSmallestExponent) - bits);
 }
 
-/// Columns rounded to kCoarseBits, in place.
-inline void make_coarse(Eigen::MatrixXd& x) {
+/// Columns rounded to so many bits, in place.
+inline void make_coarse(int bits, Eigen::MatrixXd& x) {
   for (Eigen::Index j = 0; j < x.cols(); ++j) {
-    const double anchor = kAnchor * unit(x.col(j).lpNorm<Eigen::Infinity>(), kCoarseBits);
+    const double anchor = kAnchor * unit(x.col(j).lpNorm<Eigen::Infinity>(), bits);
     x.col(j) = ((x.col(j).array() + anchor) - anchor).matrix();
   }
 }
-
-/// A D = first + second + third, but for one rounding of the third.
-struct Slices {
-  Eigen::MatrixXd first;
-  Eigen::MatrixXd second;
-  Eigen::MatrixXd third;
-
-  Slices(const Eigen::MatrixXd& a, const Eigen::MatrixXd& low, const Eigen::VectorXd& scale) {
-    const int bits = slice_bits(a.cols());
-    third.resize(a.rows(), a.cols());
-    first.resize(a.rows(), a.cols());
-    second.resize(a.rows(), a.cols());
-    Eigen::VectorXd anchor = Eigen::VectorXd::Zero(a.rows());
-    for (Eigen::Index k = 0; k < a.cols(); ++k) {
-      third.col(k) = scale(k) * a.col(k);
-      anchor = anchor.cwiseMax(third.col(k).cwiseAbs());
-    }
-    for (double& entry : anchor) {
-      entry = kAnchor * unit(entry, bits);
-    }
-    const Eigen::VectorXd finer = std::ldexp(1.0, -bits) * anchor;
-    for (Eigen::Index k = 0; k < a.cols(); ++k) {
-      auto rest = third.col(k);
-      first.col(k) = (rest + anchor) - anchor;
-      rest -= first.col(k);
-      second.col(k) = (rest + finer) - finer;
-      rest -= second.col(k);
-      rest += scale(k) * low.col(k);
-    }
-  }
-};
 
 }  // namespace coarse_product_detail
 
 TRAMMEL_INLINE CoarseProduct coarse_product(const Eigen::MatrixXd& a_hi, const Eigen::MatrixXd& a_lo,
                                             const Eigen::MatrixXd& b, const Eigen::VectorXd& scale) {
-  const auto terms = static_cast<double>(a_hi.cols());
-  const Eigen::VectorXd ones = Eigen::VectorXd::Ones(a_hi.cols());
+  using namespace coarse_product_detail;
+  const Bits bits(a_hi.cols());
   Eigen::MatrixXd coarse = scale.cwiseInverse().asDiagonal() * b;
-  coarse_product_detail::make_coarse(coarse);
-  const coarse_product_detail::Slices slices(a_hi, a_lo, scale);
-  CoarseProduct result;
-  result.hi.noalias() = slices.first * coarse;
-  result.lo.noalias() = slices.second * coarse;
-  const Eigen::MatrixXd rest = slices.third * coarse;
-  for (Eigen::Index i = 0; i < rest.size(); ++i) {
-    const DoubleDouble exact = two_sum(result.hi.data()[i], result.lo.data()[i]);
-    const DoubleDouble normal = two_sum(exact.hi, exact.lo + rest.data()[i]);
-    result.hi.data()[i] = normal.hi;
-    result.lo.data()[i] = normal.lo;
+  make_coarse(bits.coarse, coarse);
+  Eigen::MatrixXd trailing = a_hi * scale.asDiagonal();
+  Eigen::VectorXd anchor = Eigen::VectorXd::Zero(a_hi.rows());
+  for (Eigen::Index k = 0; k < a_hi.cols(); ++k) {
+    anchor = anchor.cwiseMax(trailing.col(k).cwiseAbs());
   }
-  // Norms round at most terms + 4 times; the sum of the low parts is rounded once, by u^2
-  // of the high one and u of A3 W, which is among the six.
+  for (double& entry : anchor) {
+    entry = kAnchor * unit(entry, bits.leading);
+  }
+  Eigen::MatrixXd leading(a_hi.rows(), a_hi.cols());
+  for (Eigen::Index k = 0; k < a_hi.cols(); ++k) {
+    leading.col(k) = (trailing.col(k) + anchor) - anchor;
+    trailing.col(k) = (trailing.col(k) - leading.col(k)) + scale(k) * a_lo.col(k);
+  }
+  CoarseProduct result;
+  result.product.noalias() = leading * coarse;
+  const Eigen::MatrixXd rest = trailing * coarse;
+  result.product += rest;
+  // Norms round at most terms + 4 times; the trailing part is rounded once, which is among the six.
+  const auto terms = static_cast<double>(a_hi.cols());
   const double slack = 1.0 + 8.0 * (terms + 8.0) * kUnitRoundoff;
-  result.row_error = (slack * (terms + 6.0) * kUnitRoundoff) * row_norms(slices.third, ones);
-  result.column_size = slack * column_norms(coarse, ones);
+  result.row_error = (slack * (terms + 6.0) * kUnitRoundoff) * row_norms(trailing);
+  result.column_size = slack * column_norms(coarse);
   if (!(entries_in_range(a_hi) && entries_in_range(b))) {
     result.row_error.setConstant(std::numeric_limits<double>::infinity());
   }
