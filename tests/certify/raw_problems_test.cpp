@@ -143,4 +143,17 @@ TEST(RawProblems, TruncatedPowersOverALongFlight) {
   }
 }
 
+// The wide prior of directions that nothing bounds must not drown the rounding errors of the others.
+TEST(RawProblems, TruncatedPowersWithoutBoundsOfPositionAndVelocity) {
+  for (const Eigen::Index segments : {7, 30}) {
+    GuaranteedProblem problem = trammel::zoo::truncated_powers(segments, 60);
+    problem.ellipsoids.erase(problem.ellipsoids.begin(), problem.ellipsoids.begin() + 2);
+    minimax::Solution solution = minimax::solve(problem);
+    const certify::Certificate certificate = certify::certify(problem, {}, solution);
+    EXPECT_EQ(certificate.claim, trammel::Claim::kVerified) << segments;
+    EXPECT_EQ(certificate.envelope.rows(), 6) << segments;
+    EXPECT_LE(certificate.relative_gap(), 1.1e-8) << segments;
+  }
+}
+
 }  // namespace

@@ -40,6 +40,8 @@ inline constexpr double kFirstInflation = 1e-12;
 inline constexpr double kGoodInflation = 1e-10;
 inline constexpr double kWorthOtherSteps = 0.9;
 inline constexpr double kWorthMoreDigits = 0.5;
+/// An interval narrower than this is not worth a second prior for the lower bound.
+inline constexpr double kGoodGap = 1e-8;
 /// Share of the upper bound spent on the envelope ...
 inline constexpr double kEnvelopeShare = 1e-11;
 /// ... and the envelope's size: what the unbounded directions may add to the bias, relative to the upper
@@ -356,17 +358,18 @@ inline void prove_lower(const Workspace& work, const CandidatePoint& point, Uppe
                         Certificate& certificate) {
   const Eigen::MatrixXd& factor = point.prior_factor;
   double lower = 0.0;  // an error is never negative
-  if (factor.cols() > 0) {
-    if (proof.image.product.factor.size() == 0) {
-      proof.image = work.quick.image(factor, work.stacked);
-    }
-    lower = std::max(lower, lower_bound(work, factor, proof.image, certificate.upper));
-  }
-  if (proof.unbounded.directions.cols() > 0) {
+  const bool unbounded = proof.unbounded.directions.cols() > 0;
+  if (unbounded) {
     const Eigen::MatrixXd extended =
         extend_prior(factor, work.stacked, work.problem.information_factor, proof.unbounded.directions);
     lower = std::max(
         lower, lower_bound(work, extended, work.quick.image(extended, work.stacked), certificate.upper));
+  }
+  if (factor.cols() > 0 && !(unbounded && certificate.upper - lower < kGoodGap * certificate.upper)) {
+    if (proof.image.product.factor.size() == 0) {
+      proof.image = work.quick.image(factor, work.stacked);
+    }
+    lower = std::max(lower, lower_bound(work, factor, proof.image, certificate.upper));
   }
   certificate.lower = lower;
 }

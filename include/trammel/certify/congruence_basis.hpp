@@ -32,7 +32,10 @@ inline constexpr int kCongruenceBases = 3;
                                                const Eigen::MatrixXd& bounds,
                                                const Eigen::MatrixXd& unbounded);
 
-/// [L, N scaled]: the prior with the unbounded directions as wide as the rounding errors of a_l N allow.
+/// [L', N']: the prior with the unbounded directions as wide as the rounding errors of a_l N and of the lower
+/// bound allow. The columns of N' span those of N, F N' orthogonal; L' is L without the columns that no bound
+/// sees, and its measurements F L' are orthogonal to F N' (what L has beside is within N). prior_factor: p x
+/// k; stacked: the a_l below one another; information_factor: m x p; unbounded: N, p x n.
 [[nodiscard]] Eigen::MatrixXd extend_prior(const Eigen::MatrixXd& prior_factor,
                                            const Eigen::MatrixXd& stacked,
                                            const Eigen::MatrixXd& information_factor,

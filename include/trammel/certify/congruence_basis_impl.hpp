@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "trammel/certify/congruence_basis.hpp"
 #include "trammel/linalg/cholesky.hpp"
@@ -25,8 +26,11 @@ inline constexpr double kClearPivot = 1e-5;
 inline constexpr int kEquilibrationRounds = 3;
 /// How wide an unbounded direction may be made: <H_l, V> grows by at most the square of this.
 inline constexpr double kWideningOfBounds = 1e-7;
-/// How far the measurements of an unbounded direction shall outweigh its prior (amplitude).
-inline constexpr double kInformationOfDirection = 1e7;
+/// How far the measurements of an unbounded direction shall outweigh its prior (amplitude): the value loses
+/// the inverse square, rounding errors grow with the square.
+inline constexpr double kInformationOfDirection = 1e5;
+/// Bounds see nothing of a column if this share of the sizes is left.
+inline constexpr double kUnseen = 1e-10;
 
 /// Amplitudes of the regularisation that the later bases get.
 inline constexpr std::array<double, kCongruenceBases - 1> kRegularisations{1e-6, 1e-3};
@@ -60,6 +64,30 @@ inline bool clearly_of_full_rank(const Eigen::MatrixXd& scaled) {
   const linalg::Cholesky cholesky(linalg::sparse_product(scaled.transpose(), linalg::SparseColumns(scaled)));
   return cholesky.info() == Eigen::Success && cholesky.matrixLLT().diagonal().minCoeff() > kClearPivot;
 }
+
+/// Combinations of given directions: those that F sees with orthonormal images, and the others.
+struct Whitened {
+  Eigen::MatrixXd seen;    ///< p x k
+  Eigen::MatrixXd images;  ///< F times them, m x k
+  Eigen::MatrixXd unseen;  ///< p x (n - k)
+
+  Whitened(const Eigen::MatrixXd& information_factor, const Eigen::MatrixXd& directions) {
+    const Eigen::MatrixXd measured = information_factor * directions;
+    const Eigen::VectorXd size = measured.colwise().norm();
+    const Eigen::VectorXd scale = (size.array() > 0.0).select(size.cwiseInverse(), 1.0);
+    linalg::PivotedQr qr(measured * scale.asDiagonal());
+    qr.setThreshold(kRankTolerance);
+    const Eigen::Index rank = qr.rank();
+    const Eigen::Index rest = directions.cols() - rank;
+    const Eigen::MatrixXd ordered = directions * scale.asDiagonal() * qr.colsPermutation();
+    seen = qr.matrixQR()
+               .topLeftCorner(rank, rank)
+               .triangularView<Eigen::Upper>()
+               .solve<Eigen::OnTheRight>(ordered.leftCols(rank));
+    images = information_factor * seen;
+    unseen = ordered.rightCols(rest) - seen * qr.matrixQR().topRightCorner(rank, rest);
+  }
+};
 
 }  // namespace basis_detail
 
@@ -122,18 +150,27 @@ TRAMMEL_INLINE Eigen::MatrixXd extend_prior(const Eigen::MatrixXd& prior_factor,
                                             const Eigen::MatrixXd& stacked,
                                             const Eigen::MatrixXd& information_factor,
                                             const Eigen::MatrixXd& unbounded) {
+  const basis_detail::Whitened free(information_factor, unbounded);
   Eigen::MatrixXd result(prior_factor.rows(), prior_factor.cols() + unbounded.cols());
-  result << prior_factor, unbounded;
-  for (Eigen::Index j = 0; j < unbounded.cols(); ++j) {
-    const double bounded = (stacked * unbounded.col(j)).norm();
-    const double seen = (information_factor * unbounded.col(j)).norm();
-    const double reach =
-        std::min(basis_detail::kWideningOfBounds / bounded, basis_detail::kInformationOfDirection / seen);
-    if (std::isfinite(reach)) {
-      result.col(prior_factor.cols() + j) *= reach;
+  Eigen::Index used = 0;
+  for (Eigen::Index j = 0; j < prior_factor.cols(); ++j) {
+    const auto column = prior_factor.col(j);
+    const double size = linalg::sizes_times(stacked, column.cwiseAbs()).norm();
+    if ((stacked * column).norm() > basis_detail::kUnseen * size) {
+      result.col(used++) = column - free.seen * (free.images.transpose() * (information_factor * column));
     }
   }
-  return result;
+  const auto append = [&](const auto& direction, double widest) {
+    const double reach = std::min(basis_detail::kWideningOfBounds / (stacked * direction).norm(), widest);
+    result.col(used++) = (std::isfinite(reach) ? reach : 1.0) * direction;
+  };
+  for (const auto& direction : free.seen.colwise()) {
+    append(direction, basis_detail::kInformationOfDirection);
+  }
+  for (const auto& direction : free.unseen.colwise()) {
+    append(direction, std::numeric_limits<double>::infinity());
+  }
+  return result.leftCols(used);
 }
 
 }  // namespace trammel::inline TRAMMEL_ABI::certify
