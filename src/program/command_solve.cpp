@@ -35,7 +35,7 @@ struct SolveOptions {
   std::string problem;
   bool json = false;
   bool estimator = false;
-  bool near_optimality = false;
+  bool bounds_only = false;
   certify::NearOptimalitySettings near_settings;
   std::string method = "structured";
   minimax::SolverSettings settings;
@@ -56,7 +56,7 @@ Answer solve_and_verify(const GuaranteedProblem& problem, const SolveOptions& op
       minimax::solve_with({.method = minimax::method_of(options.method)}, problem, options.settings);
   profile.enter("proving the bounds");
   answer.certificate = certify::certify(problem, options.settings, answer.solution);
-  if (options.near_optimality || options.near_settings.monte_carlo) {
+  if (!options.bounds_only && answer.solution.status != SolveStatus::kUnbounded) {
     profile.enter("near-optimality");
     answer.near = certify::assess_near_optimality(problem, answer.solution, options.near_settings);
   }
@@ -201,10 +201,14 @@ void add_solve(CLI::App& app, Action& action) {
   command->add_flag("--json", options->json, "print the result as JSON");
   command->add_flag("--estimator", options->estimator,
                     "with --json: also the matrix K, estimate theta = K F'y");
-  command->add_flag("--near-optimality", options->near_optimality,
-                    "also the worst admissible parameters and what any estimator could guarantee");
-  command->add_flag("--monte-carlo", options->near_settings.monte_carlo,
-                    "the same, sharpened by a Monte Carlo bound (99.9 % confidence)");
+  CLI::Option* const bounds_only =
+      command->add_flag("--bounds-only", options->bounds_only,
+                        "neither the worst admissible parameters nor the bound over all estimators (most of "
+                        "the time)");
+  command
+      ->add_flag("--monte-carlo", options->near_settings.monte_carlo,
+                 "sharpen the bound over all estimators by Monte Carlo (99.9 % confidence; up to a minute)")
+      ->excludes(bounds_only);
   command->add_flag("--profile", options->profile, "print to standard error where the time went, by phase");
   command->add_option("--method", options->method, "structured, sdp or conditional-gradient")
       ->check(CLI::IsMember({"structured", "sdp", "conditional-gradient"}))

@@ -41,7 +41,7 @@ const std::string kOneParameter =
     R"({"title": "one", "information": [[3]], "criterion_factor": [[2]], "ellipsoids": [{"factor": [[1]]}]})";
 
 TEST(SolveCommand, PrintsTheCertifiedInterval) {
-  const Outcome outcome = run_solve(kOneParameter, "--json --estimator --near-optimality");
+  const Outcome outcome = run_solve(kOneParameter, "--json --estimator");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
   const auto json = nlohmann::json::parse(outcome.output);
   EXPECT_EQ(json["title"], "one");
@@ -58,6 +58,14 @@ TEST(SolveCommand, PrintsTheCertifiedInterval) {
   EXPECT_EQ(json["inputs"][0]["name"], "problem.json");
 }
 
+TEST(SolveCommand, BoundsOnlyLeavesNearOptimalityOut) {
+  const auto json = nlohmann::json::parse(run_solve(kOneParameter, "--json --bounds-only").output);
+  EXPECT_EQ(json["status"], "optimal");
+  EXPECT_FALSE(json.contains("attained_fraction"));
+  EXPECT_FALSE(json.contains("any_estimator_lower_bound"));
+  EXPECT_EQ(run_solve(kOneParameter, "--bounds-only --monte-carlo").exit_code, 2);
+}
+
 TEST(SolveCommand, SaysWhatTheClaimIsAbout) {
   const auto from_matrix = nlohmann::json::parse(run_solve(kOneParameter, "--json").output);
   EXPECT_NE(from_matrix["claim_covers"].get<std::string>().find("computed in floating point"),
@@ -71,7 +79,7 @@ TEST(SolveCommand, SaysWhatTheClaimIsAbout) {
 }
 
 TEST(SolveCommand, TextIsForReading) {
-  const Outcome outcome = run_solve(kOneParameter, "--near-optimality");
+  const Outcome outcome = run_solve(kOneParameter, "");
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_NE(outcome.output.find("claim                   verified"), std::string::npos) << outcome.output;
   EXPECT_NE(outcome.output.find("no estimator of any kind"), std::string::npos) << outcome.output;
@@ -85,6 +93,7 @@ TEST(SolveCommand, NamesUnboundedDirectionsAndEndsWithThree) {
   const auto json = nlohmann::json::parse(outcome.output);
   EXPECT_EQ(json["status"], "unbounded");
   EXPECT_TRUE(json["upper"].is_null());
+  EXPECT_FALSE(json.contains("attained_fraction"));
   ASSERT_EQ(json["unbounded_directions"].size(), 1U);
   EXPECT_NEAR(json["unbounded_directions"][0][0].get<double>(), 0.0, 1e-12);
   EXPECT_NE(json["unbounded_directions"][0][1].get<double>(), 0.0);
