@@ -55,6 +55,7 @@ function(trammel_add_test)
   target_include_directories(test_${ARG_NAME} PRIVATE "${PROJECT_SOURCE_DIR}/src" "${PROJECT_SOURCE_DIR}/tests")
   target_compile_definitions(test_${ARG_NAME} PRIVATE
     TRAMMEL_SOURCE_DIR="${PROJECT_SOURCE_DIR}" TRAMMEL_BINARY_DIR="${PROJECT_BINARY_DIR}")
-  gtest_discover_tests(test_${ARG_NAME} TEST_PREFIX "${ARG_NAME}." DISCOVERY_TIMEOUT 120
+  # Names as in --gtest_filter: the values of parameters without a printer would be bytes.
+  gtest_discover_tests(test_${ARG_NAME} TEST_PREFIX "${ARG_NAME}." NO_PRETTY_VALUES DISCOVERY_TIMEOUT 120
     PROPERTIES TIMEOUT 600 LABELS "${ARG_LABELS}")
 endfunction()
