@@ -10,7 +10,6 @@
 
 #include "trammel/certify/matrix_inequality.hpp"
 #include "trammel/certify/verified_cholesky.hpp"
-#include "trammel/linalg/dense_kernels.hpp"
 #include "trammel/linalg/error_norms.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::certify {
@@ -33,11 +32,11 @@ TRAMMEL_INLINE UncertainForm weighted_gram(const Eigen::MatrixXd& bounded, const
   const Eigen::MatrixXd weighted = bounded * roots.asDiagonal();
   UncertainForm form;
   form.middle = Eigen::MatrixXd::Zero(bounded.rows(), bounded.rows());
-  linalg::Dense<double>::add_symmetric_nt(weighted, weighted, 1.0, form.middle);
+  form.middle.selfadjointView<Eigen::Lower>().rankUpdate(weighted);
   // Rows of `weighted`: one rounding each of the root, the product and the trailing part of `bounded`, and
   // `error`; sums of products by Cauchy and Schwarz.
   const double largest = roots.size() > 0 ? roots.maxCoeff() : 0.0;
-  const double slack = 1.0 + 4.0 * static_cast<double>(rows.size() + 8) * kUnitRoundoff;
+  const double slack = linalg::room(rows.size());
   const Eigen::VectorXd errors =
       4.0 * kUnitRoundoff * linalg::row_norms(weighted) + (slack * largest) * error;
   form.left = slack * (linalg::row_norms(weighted) + errors);

@@ -8,24 +8,14 @@
 #include <limits>
 
 #include "trammel/certify/quick_criterion.hpp"
-#include "trammel/linalg/dense_kernels.hpp"
 #include "trammel/linalg/error_norms.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::certify {
 
-namespace quick_criterion_detail {
-
-/// Room for the roundings of sums of `terms` sizes.
-inline double room(Eigen::Index terms) {
-  return 1.0 + 4.0 * static_cast<double>(terms + 8) * linalg::kUnitRoundoff;
-}
-
-}  // namespace quick_criterion_detail
-
 TRAMMEL_INLINE QuickCriterion::QuickCriterion(const Eigen::MatrixXd& factor) {
   const linalg::SparseColumns columns(factor);
   factor_transposed_ = columns.transpose();
-  weights_ = quick_criterion_detail::room(factor.rows()) *
+  weights_ = linalg::room(factor.rows()) *
              (columns.norms(Eigen::VectorXd::Ones(factor.rows())).array() + linalg::kSmallestNorm);
   relative_ = linalg::entries_in_range(factor)
                   ? 2.0 * (static_cast<double>(factor_transposed_.longest()) + 8.0) * linalg::kUnitRoundoff
@@ -33,7 +23,7 @@ TRAMMEL_INLINE QuickCriterion::QuickCriterion(const Eigen::MatrixXd& factor) {
 }
 
 TRAMMEL_INLINE Eigen::VectorXd QuickCriterion::sizes(const Eigen::MatrixXd& x) const {
-  return quick_criterion_detail::room(x.cols()) * linalg::sizes_times(x, weights_);
+  return linalg::room(x.cols()) * linalg::sizes_times(x, weights_);
 }
 
 TRAMMEL_INLINE linalg::Enclosure QuickCriterion::squared_norm(const Eigen::MatrixXd& x,
@@ -47,15 +37,15 @@ TRAMMEL_INLINE linalg::Enclosure QuickCriterion::squared_norm(const Eigen::Matri
     result.hi += squares(i);
     result.radius += sums * squares(i) + (2.0 * (1.0 + sums) * std::sqrt(squares(i)) + error(i)) * error(i);
   }
-  result.radius = quick_criterion_detail::room(x.rows()) * result.radius + linalg::kSmallestNorm;
+  result.radius = linalg::room(x.rows()) * result.radius + linalg::kSmallestNorm;
   return result;
 }
 
 TRAMMEL_INLINE void QuickCriterion::subtract_gram(const Eigen::MatrixXd& x, const Eigen::VectorXd& errors,
                                                   Eigen::Index terms, UncertainForm& form) const {
   const Eigen::MatrixXd image = linalg::sparse_product(x, factor_transposed_);
-  linalg::Dense<double>::add_symmetric_nt(image, image, -1.0, form.middle);
-  const double room = quick_criterion_detail::room(image.cols());
+  form.middle.selfadjointView<Eigen::Lower>().rankUpdate(image, -1.0);
+  const double room = linalg::room(image.cols());
   const Eigen::VectorXd error = room * ((relative_ * sizes(x) + errors).array() + linalg::kSmallestNorm);
   const Eigen::VectorXd size = room * (linalg::row_norms(image) + error);
   const Eigen::Index columns = form.left.cols();

@@ -19,6 +19,7 @@ namespace quick_proof_detail {
 
 using linalg::kUnderflow;
 using linalg::kUnitRoundoff;
+using linalg::room;
 using linalg::round_down;
 using linalg::round_up;
 
@@ -36,9 +37,6 @@ inline double double_double_share(const linalg::SparseColumns& b) {
   const double terms = static_cast<double>(b.longest()) + 5.0;
   return terms * terms * kUnitRoundoff * kUnitRoundoff;
 }
-
-/// Room for the roundings of sums of `terms` sizes.
-inline double room(Eigen::Index terms) { return 1.0 + 8.0 * static_cast<double>(terms + 8) * kUnitRoundoff; }
 
 /// Share by which a plain sum of `terms` products may err, with a few roundings before and after.
 inline double plain_share(Eigen::Index terms) { return 2.0 * static_cast<double>(terms + 8) * kUnitRoundoff; }

@@ -57,11 +57,9 @@ inline bool cholesky_succeeds(Eigen::MatrixXd& a) {
       return false;
     }
     const Eigen::Index next = first + width;
-    for (Eigen::Index column = next; column < n; column += kPanel) {
-      const Eigen::Index columns = std::min(kPanel, n - column);
-      a.block(column, column, n - column, columns).noalias() -=
-          a.block(column, first, n - column, width) * a.block(column, first, columns, width).transpose();
-    }
+    a.bottomRightCorner(n - next, n - next)
+        .selfadjointView<Eigen::Lower>()
+        .rankUpdate(a.block(next, first, n - next, width), -1.0);
   }
   return true;
 }
@@ -74,7 +72,7 @@ inline double factored_norm(const Eigen::MatrixXd& left, const Eigen::MatrixXd& 
     total += 2.0 * (left.col(k).cwiseProduct(scale).norm() + kSmallestNorm) *
              (right.col(k).cwiseProduct(scale).norm() + kSmallestNorm);
   }
-  return total * (1.0 + 4.0 * static_cast<double>(left.rows() + 8) * kUnitRoundoff);
+  return total * linalg::room(left.rows());
 }
 
 /// Lower triangle of the scaled matrix, and sums of the scaled radius, which may be empty, over whole rows.
@@ -130,7 +128,7 @@ inline bool positive_definite(const Eigen::MatrixXd& a, const Eigen::MatrixXd& r
     widest = std::max(widest, row_sum(i) + factored);
   }
   // A few roundings up: each of the terms has at most n + 4 operations.
-  const double slack = 1.0 + 4.0 * (size + 4.0) * kUnitRoundoff;
+  const double slack = linalg::room(n);
   const double shift =
       round_up(slack * (gamma * trace / 2.0 + 4.0 * kSmallest * size * (count + largest) + widest));
   for (Eigen::Index i = 0; i < n; ++i) {

@@ -78,10 +78,9 @@ TRAMMEL_INLINE CoarseProduct coarse_product(const Eigen::MatrixXd& a_hi, const E
   result.product.noalias() = leading * coarse;
   const Eigen::MatrixXd rest = trailing * coarse;
   result.product += rest;
-  // Norms round at most terms + 4 times; the trailing part is rounded once, which is among the six.
-  const auto terms = static_cast<double>(a_hi.cols());
-  const double slack = 1.0 + 8.0 * (terms + 8.0) * kUnitRoundoff;
-  result.row_error = (slack * (terms + 6.0) * kUnitRoundoff) * row_norms(trailing);
+  // Norms round at most n + 4 times; the trailing part is rounded once, which is among the six.
+  const double slack = room(a_hi.cols());
+  result.row_error = (slack * static_cast<double>(a_hi.cols() + 6) * kUnitRoundoff) * row_norms(trailing);
   result.column_size = slack * column_norms(coarse);
   if (!(entries_in_range(a_hi) && entries_in_range(b))) {
     result.row_error.setConstant(std::numeric_limits<double>::infinity());

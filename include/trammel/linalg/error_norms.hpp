@@ -20,6 +20,9 @@ inline constexpr double kUnderflow = 0x1p-600;
 /// Covers what squares that underflow take from a norm of 2^70 entries.
 inline constexpr double kSmallestNorm = 0x1p-500;
 
+/// Factor that makes a computed sum of `terms` sizes, with a few roundings of each, an upper bound.
+inline double room(Eigen::Index terms) { return 1.0 + 8.0 * static_cast<double>(terms + 8) * kUnitRoundoff; }
+
 inline bool entries_in_range(const Eigen::MatrixXd& x) {
   return x.size() == 0 || x.cwiseAbs().maxCoeff() <= kLargestEntry;
 }

@@ -26,26 +26,20 @@ class SparseColumns {
 
   /// Of hi + lo; lo empty: zero.
   explicit SparseColumns(const Eigen::MatrixXd& hi, const Eigen::MatrixXd& lo = {}) : rows_(hi.rows()) {
-    const auto count = static_cast<std::size_t>((hi.array() != 0.0).count());  // |lo| <= u |hi|
-    row_.resize(count);
-    hi_.resize(count);
-    lo_.resize(lo.size() != 0 ? count : 0);
     start_.reserve(static_cast<std::size_t>(hi.cols()) + 1);
-    std::size_t next = 0;
     for (Eigen::Index j = 0; j < hi.cols(); ++j) {
-      start_.push_back(next);
+      start_.push_back(row_.size());
       for (Eigen::Index k = 0; k < hi.rows(); ++k) {
-        if (hi(k, j) != 0.0) {
-          row_[next] = k;
-          hi_[next] = hi(k, j);
+        if (hi(k, j) != 0.0) {  // |lo| <= u |hi|
+          row_.push_back(k);
+          hi_.push_back(hi(k, j));
           if (lo.size() != 0) {
-            lo_[next] = lo(k, j);
+            lo_.push_back(lo(k, j));
           }
-          ++next;
         }
       }
     }
-    start_.push_back(next);
+    start_.push_back(row_.size());
   }
 
   /// Of the transpose of B.

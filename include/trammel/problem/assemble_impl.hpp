@@ -265,7 +265,9 @@ TRAMMEL_INLINE void for_each_whitened_row(const Scenario& scenario, const Trajec
     const auto whiten = lower->triangularView<Eigen::Lower>();
     whiten.solveInPlace(model.J_value_position);
     whiten.solveInPlace(model.J_value_velocity);
-    whiten.solveInPlace(J_bias);
+    if (J_bias.cols() > 0) {
+      whiten.solveInPlace(J_bias);
+    }
     whiten.solveInPlace(deviation);
     const trajectory::LocalBasis<double> local = basis.at(site.t_s + offset_s);
     for (Eigen::Index i = 0; i < components(station.kind); ++i) {
