@@ -90,6 +90,18 @@ int main(int argc, char** argv) {
     threads = std::atoi(argv[2]);
     first = 3;
   }
+  const auto is_size = [](const char* text) {
+    char* rest = nullptr;
+    const bool positive = std::strtol(text, &rest, 10) > 0;
+    if (*rest == 'x') {
+      return positive && std::strtod(rest + 1, &rest) > 0.0 && *rest == '\0';
+    }
+    return positive && *rest == '\0';
+  };
+  if (first >= argc || threads < 0 || !std::all_of(argv + first, argv + argc, is_size)) {
+    std::fputs("usage: scaling [--threads N] SEGMENTS[xNOISE]..., like 40 98 98x100\n", stderr);
+    return 2;
+  }
   std::puts(
       "| p | noise | method | steps, inner | wall s | solve s | products | prove s | products | proved gap | "
       "peak MB |");

@@ -35,9 +35,11 @@ using linalg::sum_rounded_up;
 /// Every proof begins with multipliers inflated by this much, which nobody notices: it makes room for the
 /// radii of plain arithmetic.
 inline constexpr double kFirstInflation = 1e-12;
-/// An inflation above this is worth a second try with other steps if that brings it below the first share, or
-/// with more digits or in a better conditioned basis if that may bring it below the second.
+/// An inflation above this, and one that costs more than this share of the interval, is worth a second try
+/// with other steps if that brings it below the first share, or with more digits or in a better conditioned
+/// basis if that may bring it below the second.
 inline constexpr double kGoodInflation = 1e-10;
+inline constexpr double kAffordableShare = 0.2;
 inline constexpr double kWorthOtherSteps = 0.9;
 inline constexpr double kWorthMoreDigits = 0.5;
 /// An interval narrower than this is not worth a second prior for the lower bound.
@@ -147,11 +149,17 @@ inline Eigen::MatrixXd with_envelope(const Workspace& work, const Envelope& enve
 
 /// Multipliers of all bounds and how they may grow.
 struct Weights {
-  Eigen::MatrixXd bounds;  ///< stacked factors with the envelope
-  Eigen::VectorXd rows;    ///< multiplier of each of its rows
-  double step = 0.0;       ///< upper bound over the number of ellipsoids: even growth
-  double total = 0.0;      ///< sum of the multipliers of the ellipsoids
-  double count = 1.0;      ///< their number, at least one
+  Eigen::MatrixXd bounds;   ///< stacked factors with the envelope
+  Eigen::VectorXd rows;     ///< multiplier of each of its rows
+  double step = 0.0;        ///< upper bound over the number of ellipsoids: even growth
+  double total = 0.0;       ///< sum of the multipliers of the ellipsoids
+  double count = 1.0;       ///< their number, at least one
+  double affordable = 0.0;  ///< cost of an inflation that is small beside the interval
+
+  /// What inflating by `amount` adds to the upper bound.
+  [[nodiscard]] double cost(double amount, double step_size) const {
+    return amount * (total + count * step_size);
+  }
 };
 
 /// An envelope whose cost is kEnvelopeShare of `scale`, sized by how far K is from leaving the unbounded
@@ -214,14 +222,11 @@ inline bool search_inflation(const MatrixInequality& inequality, const Weights& 
     const double step = share * weights.step;
     const MatrixInequality::Growth growth(inequality, step, growing);
     // As much as the best one costs.
-    const auto equal_cost = [&] {
-      return best.amount * (weights.total + weights.count * best.step) /
-             (weights.total + weights.count * step);
-    };
+    const auto equal_cost = [&] { return weights.cost(best.amount, best.step) / weights.cost(1.0, step); };
     if (std::isnan(best.amount) || growth.holds_at(kWorthOtherSteps * equal_cost())) {
       best = {.amount = growth.find_inflation(), .step = step};
     }
-    if (best.amount <= kGoodInflation) {
+    if (best.amount <= kGoodInflation || weights.cost(best.amount, best.step) <= weights.affordable) {
       return false;
     }
     may_improve =
@@ -284,62 +289,70 @@ inline Inflation prove_inequality(const Workspace& work, const Weights& weights,
   return best;
 }
 
-/// What is left for the lower bound.
-struct UpperProof {
-  UnboundedDirections unbounded;
-  QuickProof::Image image;  ///< of the prior factor, empty unless that is square
+/// A point before anything is repaired.
+struct Start {
+  double noise = 0.0;           ///< |C K F'|_F^2, rounded up
+  Eigen::VectorXd multipliers;  ///< not negative, inflated by kFirstInflation
+  double scale = 0.0;           ///< their sum with the noise: the upper bound, if they are feasible
+  double step = 0.0;            ///< `scale` over the number of ellipsoids
+  QuickProof::Image image;      ///< of L, empty unless that is square
+  std::optional<MatrixInequality> inequality;  ///< in a basis next to L, if that is square
+  bool holds = false;                          ///< it is proved: nothing has to be repaired
+  UnboundedDirections unbounded;               ///< none where it holds
+
+  Start(const Workspace& work, const CandidatePoint& point)
+      : noise(work.quick.noise().upper()), multipliers(point.multipliers.cwiseMax(0.0)) {
+    const Eigen::Index p = work.stacked.cols();
+    scale = noise + multipliers.sum();
+    step = scale / static_cast<double>(std::max<Eigen::Index>(multipliers.size(), 1));
+    if (std::isfinite(scale)) {
+      multipliers = inflate(multipliers, {.amount = kFirstInflation, .step = step});
+      if (point.prior_factor.cols() == p) {
+        image = work.quick.image(point.prior_factor, work.stacked);
+        inequality.emplace(work.quick.inequality(image, work.per_row(multipliers)));
+        holds = inequality->holds();
+      }
+    }
+    unbounded = holds ? UnboundedDirections{.directions = Eigen::MatrixXd(p, 0), .coordinates = {}}
+                      : find_unbounded_directions(work.stacked);
+  }
 };
 
-inline UpperProof prove_upper(const Workspace& work, const CandidatePoint& point, Certificate& certificate) {
-  const auto s = static_cast<double>(std::max<Eigen::Index>(point.multipliers.size(), 1));
-  const Eigen::Index p = work.stacked.cols();
-  UpperProof proof;
-  proof.unbounded.directions.resize(p, 0);
-  Eigen::VectorXd multipliers = point.multipliers.cwiseMax(0.0);
-  const double noise = work.quick.noise().upper();
-  const double scale = noise + multipliers.sum();
-  if (!std::isfinite(scale)) {
+/// lower: a lower bound already proved, for what is small beside the interval.
+inline void prove_upper(const Workspace& work, const CandidatePoint& point, const Start& start, double lower,
+                        Certificate& certificate) {
+  if (!std::isfinite(start.scale)) {
     certificate.remark = "the gain or the multipliers are too large or not finite";
-    proof.unbounded = find_unbounded_directions(work.stacked);
-    return proof;
+    return;
   }
-  multipliers = inflate(multipliers, {.amount = kFirstInflation, .step = scale / s});
-  Weights weights{.bounds = work.stacked,
-                  .rows = work.per_row(multipliers),
-                  .step = scale / s,
-                  .total = multipliers.sum(),
-                  .count = s};
   Inflation inflation{.amount = 0.0, .step = 0.0};
-  Envelope envelope{.rows = Eigen::MatrixXd(0, p), .multiplier = 0.0};
-  std::optional<MatrixInequality> first;
-  if (point.prior_factor.cols() == p) {
-    proof.image = work.quick.image(point.prior_factor, work.stacked);
-    first.emplace(work.quick.inequality(proof.image, weights.rows));
-  }
-  // If it holds, no direction is unbounded.
-  if (!first || !first->holds()) {
-    proof.unbounded = find_unbounded_directions(work.stacked);
-    UnboundedDirections scaled = proof.unbounded;
-    envelope = make_envelope(work, scale, scaled);
-    weights.bounds = with_envelope(work, envelope);
-    weights.rows.resize(weights.bounds.rows());
-    weights.rows << work.per_row(multipliers),
+  Envelope envelope{.rows = Eigen::MatrixXd(0, work.stacked.cols()), .multiplier = 0.0};
+  if (!start.holds) {
+    UnboundedDirections scaled = start.unbounded;
+    envelope = make_envelope(work, start.scale, scaled);
+    Weights weights{.bounds = with_envelope(work, envelope),
+                    .rows = Eigen::VectorXd(work.stacked.rows() + envelope.rows.rows()),
+                    .step = start.step,
+                    .total = start.multipliers.sum(),
+                    .count = start.scale / start.step,
+                    .affordable = kAffordableShare * (start.scale - lower)};
+    weights.rows << work.per_row(start.multipliers),
         Eigen::VectorXd::Constant(envelope.rows.rows(), envelope.multiplier);
-    inflation = prove_inequality(work, weights, point.prior_factor, scaled.directions,
-                                 first && envelope.rows.rows() == 0 ? &*first : nullptr);
+    inflation =
+        prove_inequality(work, weights, point.prior_factor, scaled.directions,
+                         start.inequality && envelope.rows.rows() == 0 ? &*start.inequality : nullptr);
   }
   if (std::isnan(inflation.amount)) {
     certificate.remark = "no multipliers near those given satisfy the matrix inequality";
-    return proof;
+    return;
   }
   certificate.inflation = kFirstInflation + inflation.amount;
-  certificate.multipliers = inflate(multipliers, inflation);
+  certificate.multipliers = inflate(start.multipliers, inflation);
   certificate.envelope = envelope.rows;
   // The inflation grew it by the same factor.
   certificate.envelope_multiplier = round_up(envelope.multiplier * round_up(1.0 + inflation.amount));
-  certificate.upper =
-      round_up(round_up(noise + certificate.envelope_multiplier) + sum_rounded_up(certificate.multipliers));
-  return proof;
+  certificate.upper = round_up(round_up(start.noise + certificate.envelope_multiplier) +
+                               sum_rounded_up(certificate.multipliers));
 }
 
 /// Lower bound of the value for the prior L L' scaled into the bounds; -infinity where nothing is proved.
@@ -354,24 +367,24 @@ inline double lower_bound(const Workspace& work, const Eigen::MatrixXd& factor,
                                 image, upper);
 }
 
-inline void prove_lower(const Workspace& work, const CandidatePoint& point, UpperProof proof,
-                        Certificate& certificate) {
+/// Makes the image of L where the start had none.
+inline double prove_lower(const Workspace& work, const CandidatePoint& point, Start& start) {
   const Eigen::MatrixXd& factor = point.prior_factor;
   double lower = 0.0;  // an error is never negative
-  const bool unbounded = proof.unbounded.directions.cols() > 0;
+  const bool unbounded = start.unbounded.directions.cols() > 0;
   if (unbounded) {
     const Eigen::MatrixXd extended =
-        extend_prior(factor, work.stacked, work.problem.information_factor, proof.unbounded.directions);
-    lower = std::max(
-        lower, lower_bound(work, extended, work.quick.image(extended, work.stacked), certificate.upper));
+        extend_prior(factor, work.stacked, work.problem.information_factor, start.unbounded.directions);
+    lower =
+        std::max(lower, lower_bound(work, extended, work.quick.image(extended, work.stacked), start.scale));
   }
-  if (factor.cols() > 0 && !(unbounded && certificate.upper - lower < kGoodGap * certificate.upper)) {
-    if (proof.image.product.factor.size() == 0) {
-      proof.image = work.quick.image(factor, work.stacked);
+  if (factor.cols() > 0 && !(unbounded && start.scale - lower < kGoodGap * start.scale)) {
+    if (start.image.product.factor.size() == 0) {
+      start.image = work.quick.image(factor, work.stacked);
     }
-    lower = std::max(lower, lower_bound(work, factor, proof.image, certificate.upper));
+    lower = std::max(lower, lower_bound(work, factor, start.image, start.scale));
   }
-  certificate.lower = lower;
+  return lower;
 }
 
 }  // namespace certificate_detail
@@ -385,7 +398,9 @@ TRAMMEL_INLINE Certificate verify(const GuaranteedProblem& problem, const Candid
     return certificate;
   }
   const detail::Workspace work(problem, point.gain);
-  detail::prove_lower(work, point, detail::prove_upper(work, point, certificate), certificate);
+  detail::Start start(work, point);
+  certificate.lower = detail::prove_lower(work, point, start);
+  detail::prove_upper(work, point, start, certificate.lower, certificate);
   const std::string_view defect = arithmetic_defect();
   if (std::isfinite(certificate.upper) && std::isfinite(certificate.lower)) {
     certificate.claim = defect.empty() ? Claim::kVerified : Claim::kApproximate;
