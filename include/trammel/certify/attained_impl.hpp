@@ -12,6 +12,7 @@
 #include "trammel/core/random.hpp"
 #include "trammel/linalg/cholesky.hpp"
 #include "trammel/linalg/double_double.hpp"
+#include "trammel/linalg/qr.hpp"
 
 namespace trammel::inline TRAMMEL_ABI::certify {
 
@@ -167,9 +168,11 @@ TRAMMEL_INLINE AttainedError find_attained_error(const GuaranteedProblem& proble
       z.col(start) =
           factor * attained_detail::normal_vector(factor.cols(), seed, static_cast<std::uint64_t>(start));
     }
-    result.parameters = balls->scaling * attained_detail::ascend_balls(*balls, bias * balls->scaling, z);
+    const Eigen::MatrixXd scaled = linalg::compressed(bias * balls->scaling);
+    result.parameters = balls->scaling * attained_detail::ascend_balls(*balls, scaled, z);
   } else {
-    result.parameters = attained_detail::ascend_general(problem, prior_factor, bias, starts, seed);
+    result.parameters =
+        attained_detail::ascend_general(problem, prior_factor, linalg::compressed(bias), starts, seed);
   }
   const double size = attained_detail::largest_bound(problem, result.parameters);
   if (size > 1.0) {

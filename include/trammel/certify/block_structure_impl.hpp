@@ -66,11 +66,7 @@ TRAMMEL_INLINE std::optional<UnitBalls> find_unit_balls(const GuaranteedProblem&
   }
   balls.scaling = block_detail::scaled_inverse(balls.inverse);
   const Eigen::MatrixXd seen = problem.information_factor * balls.scaling;
-  balls.output = problem.criterion_factor * balls.scaling;
-  if (balls.output.rows() > p) {
-    balls.output =
-        linalg::Qr(balls.output).matrixQR().topRows(p).triangularView<Eigen::Upper>().toDenseMatrix();
-  }
+  balls.output = linalg::compressed(problem.criterion_factor * balls.scaling);
   const Eigen::MatrixXd factor = balls.inverse * prior_factor;
   balls.information = seen.transpose() * seen;
   balls.prior = factor * factor.transpose();

@@ -103,11 +103,7 @@ class TruncatedGaussian final : public Sampler {
     const Eigen::VectorXd spread = (eigen.eigenvalues().cwiseMax(0.0).array() + 1.0).sqrt().matrix();
     whitening_ = eigen.eigenvectors() * spread.cwiseInverse().asDiagonal() * turn;
     inverse_ = turn.transpose() * spread.asDiagonal() * eigen.eigenvectors().transpose();
-    output_ = std::sqrt(k) * problem.criterion_factor * prior_factor * whitening_;
-    if (output_.rows() > n) {  // only its Gram matrix matters
-      const linalg::Qr compressed(output_);
-      output_ = compressed.matrixQR().topRows(n).triangularView<Eigen::Upper>();
-    }
+    output_ = linalg::compressed(std::sqrt(k) * problem.criterion_factor * prior_factor * whitening_);
     offset_.push_back(0);
     for (const Eigen::MatrixXd& factor : problem.ellipsoids) {
       offset_.push_back(offset_.back() + factor.rows());

@@ -20,3 +20,16 @@ using PivotedQr = Eigen::ColPivHouseholderQR<Eigen::MatrixXd>;
 extern template class Eigen::HouseholderQR<Eigen::MatrixXd>;
 extern template class Eigen::ColPivHouseholderQR<Eigen::MatrixXd>;
 #endif
+
+namespace trammel::inline TRAMMEL_ABI::linalg {
+
+/// A matrix with the same Gram matrix and no more rows than columns: R of A = Q R, or A itself.
+inline Eigen::MatrixXd compressed(Eigen::MatrixXd matrix) {
+  if (matrix.rows() > matrix.cols()) {
+    const Qr qr(matrix);
+    matrix = qr.matrixQR().topRows(matrix.cols()).triangularView<Eigen::Upper>();
+  }
+  return matrix;
+}
+
+}  // namespace trammel::inline TRAMMEL_ABI::linalg

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "trammel/linalg/lu.hpp"
 #include "trammel/linalg/qr.hpp"
@@ -140,9 +141,7 @@ class ConditionalGradient {
     Eigen::MatrixXd both(2 * q, q);
     both.topRows(q) = std::sqrt(1.0 - t) * state_.factor.transpose();
     both.bottomRows(q) = std::sqrt(t) * worst_factor.transpose();
-    const linalg::Qr qr(both);
-    const Eigen::MatrixXd upper = qr.matrixQR().topRows(q).triangularView<Eigen::Upper>();
-    state_.factor = upper.transpose();
+    state_.factor = linalg::compressed(std::move(both)).transpose();
     return t > 0.0;
   }
 

@@ -163,18 +163,9 @@ TRAMMEL_INLINE ReducedProblem reduce(const GuaranteedProblem& problem) {
     reduced.free_basis.resize(p, 0);
   }
   reduced.bounds = bounds_z * row_space;
-  reduced.information = design_z * to_u;
-  reduced.criterion = criterion_z * to_u;
+  reduced.information = linalg::compressed(design_z * to_u);
+  reduced.criterion = linalg::compressed(criterion_z * to_u);
   reduced.basis = to_z * to_u;
-  const auto compress = [](Eigen::MatrixXd& factor) {  // R of its QR where it has more rows than columns
-    if (factor.rows() > factor.cols()) {
-      linalg::Qr qr(factor);
-      const Eigen::MatrixXd upper = qr.matrixQR().topRows(factor.cols()).triangularView<Eigen::Upper>();
-      factor = upper;
-    }
-  };
-  compress(reduced.information);
-  compress(reduced.criterion);
   return reduced;
 }
 
