@@ -294,7 +294,8 @@ struct Start {
   double noise = 0.0;           ///< |C K F'|_F^2, rounded up
   Eigen::VectorXd multipliers;  ///< not negative, inflated by kFirstInflation
   double scale = 0.0;           ///< their sum with the noise: the upper bound, if they are feasible
-  double step = 0.0;            ///< `scale` over the number of ellipsoids
+  double count = 1.0;           ///< number of ellipsoids, at least one
+  double step = 0.0;            ///< `scale` over it
   QuickProof::Image image;      ///< of L, empty unless that is square
   std::optional<MatrixInequality> inequality;  ///< in a basis next to L, if that is square
   bool holds = false;                          ///< it is proved: nothing has to be repaired
@@ -304,7 +305,8 @@ struct Start {
       : noise(work.quick.noise().upper()), multipliers(point.multipliers.cwiseMax(0.0)) {
     const Eigen::Index p = work.stacked.cols();
     scale = noise + multipliers.sum();
-    step = scale / static_cast<double>(std::max<Eigen::Index>(multipliers.size(), 1));
+    count = static_cast<double>(std::max<Eigen::Index>(multipliers.size(), 1));
+    step = scale / count;
     if (std::isfinite(scale)) {
       multipliers = inflate(multipliers, {.amount = kFirstInflation, .step = step});
       if (point.prior_factor.cols() == p) {
@@ -334,7 +336,7 @@ inline void prove_upper(const Workspace& work, const CandidatePoint& point, cons
                     .rows = Eigen::VectorXd(work.stacked.rows() + envelope.rows.rows()),
                     .step = start.step,
                     .total = start.multipliers.sum(),
-                    .count = start.scale / start.step,
+                    .count = start.count,
                     .affordable = kAffordableShare * (start.scale - lower)};
     weights.rows << work.per_row(start.multipliers),
         Eigen::VectorXd::Constant(envelope.rows.rows(), envelope.multiplier);
