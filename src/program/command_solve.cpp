@@ -65,7 +65,9 @@ Answer solve_and_verify(const GuaranteedProblem& problem, const SolveOptions& op
 
 void add_near_optimality(const certify::NearOptimality& near, io::Json& json) {
   json["attained_fraction"] = io::to_json(near.attained_fraction);
-  json["worst_case"] = io::to_json(near.worst_case);
+  if (near.worst_case.size() > 0) {
+    json["worst_case"] = io::to_json(near.worst_case);
+  }
   json["any_estimator_lower_bound"] = io::to_json(near.best_any_estimator());
   json["any_estimator_bound_kind"] = to_string(near.best_kind());
   if (near.monte_carlo) {
@@ -102,9 +104,7 @@ io::Json to_json(const io::RawProblem& raw, const SolveOptions& options, const A
   if (!certificate.remark.empty()) {
     json["remark"] = certificate.remark;
   }
-  if (answer.near) {
-    add_near_optimality(*answer.near, json);
-  }
+  add_near_optimality(answer.near.value_or(certify::NearOptimality{}), json);
   json["solve_time_s"] = io::to_json(solution.solve_time_s);
   json["library_version"] = kVersion;
   json["inputs"] = io::Json::array({io::Json{

@@ -61,8 +61,8 @@ TEST(SolveCommand, PrintsTheCertifiedInterval) {
 TEST(SolveCommand, BoundsOnlyLeavesNearOptimalityOut) {
   const auto json = nlohmann::json::parse(run_solve(kOneParameter, "--json --bounds-only").output);
   EXPECT_EQ(json["status"], "optimal");
-  EXPECT_FALSE(json.contains("attained_fraction"));
-  EXPECT_FALSE(json.contains("any_estimator_lower_bound"));
+  EXPECT_TRUE(json["attained_fraction"].is_null());
+  EXPECT_TRUE(json["any_estimator_lower_bound"].is_null());
   EXPECT_EQ(run_solve(kOneParameter, "--bounds-only --monte-carlo").exit_code, 2);
 }
 
@@ -93,7 +93,7 @@ TEST(SolveCommand, NamesUnboundedDirectionsAndEndsWithThree) {
   const auto json = nlohmann::json::parse(outcome.output);
   EXPECT_EQ(json["status"], "unbounded");
   EXPECT_TRUE(json["upper"].is_null());
-  EXPECT_FALSE(json.contains("attained_fraction"));
+  EXPECT_TRUE(json["attained_fraction"].is_null());
   ASSERT_EQ(json["unbounded_directions"].size(), 1U);
   EXPECT_NEAR(json["unbounded_directions"][0][0].get<double>(), 0.0, 1e-12);
   EXPECT_NE(json["unbounded_directions"][0][1].get<double>(), 0.0);
