@@ -159,7 +159,8 @@ TRAMMEL_INLINE bool InteriorPoint::reject_prediction() {
   constexpr double kLongEnough = 0.9;
   constexpr double kGoodDecrement = 2.0;
   constexpr double kPoorDecrement = 4.0;
-  const bool bad = decrement_ > kTooFar || !system_.converged();
+  // Near the centre a residual that the linear solver left is smaller than what a shorter step would cost.
+  const bool bad = decrement_ > kTooFar || (!system_.converged() && decrement_ > kGoodDecrement);
   if (bad && used_shrink_ < kLongEnough) {
     used_shrink_ = std::min(kLongEnough, std::sqrt(used_shrink_));
     wanted_shrink_ = std::max(wanted_shrink_, used_shrink_);
