@@ -60,7 +60,8 @@ class QuickProof {
   ///   min over K' >= |C K F'|^2 + share |C E L|^2 - share |C (E L + Q)|^2 - |C (K F' - share Q (F L)')|^2,
   ///
   /// with equality for the K that is best for V and Q = -E L, which is tried first; where that loses more
-  /// than a negligible share of the value, or of the distance to `upper`, also Q = L (I + share L'JL)^-1.
+  /// than a negligible share of the value, or of the distance to `upper`, F L is evaluated with more digits
+  /// and also Q = L (I + share L'JL)^-1 tried.
   /// image: of L.
   [[nodiscard]] double lower_bound(const Prior& prior, const Image& image, double upper) const;
 
@@ -72,13 +73,14 @@ class QuickProof {
   };
   [[nodiscard]] Bias prior_bias(const Eigen::MatrixXd& factor, const Image& image) const;
 
-  /// (F L)' and norms: of its columns, and of their errors.
+  /// (F L)' and norms: of its columns, and of their errors. careful: in double-double arithmetic, where the
+  /// columns of F L are far smaller than those of |F||L|.
   struct Seen {
     Eigen::MatrixXd rows;
     Eigen::VectorXd sizes;
     Eigen::VectorXd errors;
   };
-  [[nodiscard]] Seen prior_seen(const Eigen::MatrixXd& factor) const;
+  [[nodiscard]] Seen prior_seen(const Eigen::MatrixXd& factor, bool careful) const;
 
   /// |C (K F' + share X (F L)')|_F^2, rounded up; X given transposed with the errors of its rows.
   [[nodiscard]] double residual(const Seen& seen, double share, const Bias& x) const;

@@ -169,14 +169,27 @@ TRAMMEL_INLINE QuickProof::Bias QuickProof::prior_bias(const Eigen::MatrixXd& fa
   return result;
 }
 
-TRAMMEL_INLINE QuickProof::Seen QuickProof::prior_seen(const Eigen::MatrixXd& factor) const {
+TRAMMEL_INLINE QuickProof::Seen QuickProof::prior_seen(const Eigen::MatrixXd& factor, bool careful) const {
   using namespace quick_proof_detail;
-  Seen result;
-  result.rows = linalg::sparse_product(factor.transpose(), information_transposed_);
   const double slack = room(factor.cols() + factor.rows());
-  result.sizes = slack * linalg::column_norms(result.rows);
-  result.errors = (slack * plain_share(static_cast<Eigen::Index>(information_transposed_.longest()))) *
-                  information_transposed_.sizes_times(linalg::row_norms(factor));
+  const Eigen::VectorXd terms = information_transposed_.sizes_times(linalg::row_norms(factor));
+  Seen result;
+  if (careful) {
+    result.rows = Eigen::MatrixXd::Zero(factor.cols(), information_transposed_.cols());
+    Eigen::MatrixXd low(result.rows.rows(), result.rows.cols());
+    linalg::add_sparse_product(factor.transpose(), {}, information_transposed_, linalg::ProductPart::kFull,
+                               result.rows, low);
+    // The trailing part is below u of the leading one.
+    result.sizes = slack * linalg::column_norms(result.rows);
+    result.errors =
+        slack * (kUnitRoundoff * result.sizes + double_double_share(information_transposed_) * terms);
+  } else {
+    result.rows = linalg::sparse_product(factor.transpose(), information_transposed_);
+    result.sizes = slack * linalg::column_norms(result.rows);
+    result.errors =
+        (slack * plain_share(static_cast<Eigen::Index>(information_transposed_.longest()))) * terms;
+  }
+  result.errors.array() += kUnderflow;
   return result;
 }
 
@@ -199,12 +212,19 @@ TRAMMEL_INLINE double QuickProof::residual(const Seen& seen, double share, const
 TRAMMEL_INLINE double QuickProof::lower_bound(const Prior& prior, const Image& image, double upper) const {
   using namespace quick_proof_detail;
   const Bias bias = prior_bias(prior.factor, image);
-  const Seen seen = prior_seen(prior.factor);
   const linalg::Enclosure square = criterion_.squared_norm(bias.rows, bias.errors);
   const double value = round_down(noise_.lower() + round_down(prior.share * std::max(square.lower(), 0.0)));
-  const double loss = residual(seen, prior.share, bias);
-  double bound = round_down(value - loss);
-  if (loss <= kNegligible * bound || loss <= kShareOfGap * (upper - bound)) {
+  double bound = -std::numeric_limits<double>::infinity();
+  const auto is_enough = [&](double loss) {
+    bound = std::max(bound, round_down(value - loss));
+    return loss <= kNegligible * bound || loss <= kShareOfGap * (upper - bound);
+  };
+  Seen seen = prior_seen(prior.factor, false);
+  if (is_enough(residual(seen, prior.share, bias))) {
+    return bound;
+  }
+  seen = prior_seen(prior.factor, true);
+  if (is_enough(residual(seen, prior.share, bias))) {
     return bound;
   }
   const Eigen::MatrixXd best = posterior_map(prior.factor.transpose(), seen.rows, prior.share);
@@ -214,8 +234,8 @@ TRAMMEL_INLINE double QuickProof::lower_bound(const Prior& prior, const Image& i
     const double apart =
         criterion_.squared_norm(distance, bias.errors + (2.0 * kUnitRoundoff) * criterion_.sizes(distance))
             .upper();
-    const double other_loss = round_up(round_up(prior.share * apart) + residual(seen, prior.share, other));
-    bound = std::max(bound, round_down(value - other_loss));
+    const double loss = round_up(round_up(prior.share * apart) + residual(seen, prior.share, other));
+    bound = std::max(bound, round_down(value - loss));
   }
   return bound;
 }
