@@ -61,7 +61,7 @@ class QuickProof {
   ///
   /// with equality for the K that is best for V and Q = -E L, which is tried first; where that loses more
   /// than a negligible share of the value, or of the distance to `upper`, F L is evaluated with more digits
-  /// and also Q = L (I + share L'JL)^-1 tried.
+  /// (if it has lost many) and also Q = L (I + share L'JL)^-1 tried.
   /// image: of L.
   [[nodiscard]] double lower_bound(const Prior& prior, const Image& image, double upper) const;
 

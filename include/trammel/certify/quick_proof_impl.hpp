@@ -32,6 +32,9 @@ inline constexpr double kWellConditioned = 1e8;
 inline constexpr double kNegligible = 1e-11;
 inline constexpr double kShareOfGap = 0.01;
 
+/// F L has lost many digits if more than this share of a column of it may be rounding errors.
+inline constexpr double kCancelled = 5e-12;
+
 /// Share of |A||B| that add_sparse_product() may err by.
 inline double double_double_share(const linalg::SparseColumns& b) {
   const double terms = static_cast<double>(b.longest()) + 5.0;
@@ -223,9 +226,11 @@ TRAMMEL_INLINE double QuickProof::lower_bound(const Prior& prior, const Image& i
   if (is_enough(residual(seen, prior.share, bias))) {
     return bound;
   }
-  seen = prior_seen(prior.factor, true);
-  if (is_enough(residual(seen, prior.share, bias))) {
-    return bound;
+  if ((seen.errors.array() > kCancelled * seen.sizes.array()).any()) {
+    seen = prior_seen(prior.factor, true);
+    if (is_enough(residual(seen, prior.share, bias))) {
+      return bound;
+    }
   }
   const Eigen::MatrixXd best = posterior_map(prior.factor.transpose(), seen.rows, prior.share);
   if (best.allFinite()) {
