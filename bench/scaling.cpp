@@ -13,8 +13,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "trammel/certify/certificate.hpp"
 #include "trammel/minimax/solve.hpp"
@@ -81,6 +83,23 @@ Point measure(int segments, double noise, int threads) {
   return {static_cast<double>(p), solved - start};
 }
 
+struct Size {
+  int segments = 0;
+  double noise = 1.0;
+};
+
+/// SEGMENTS or SEGMENTSxNOISE, both positive.
+std::optional<Size> parse(const char* text) {
+  Size size;
+  char* rest = nullptr;
+  size.segments = static_cast<int>(std::strtol(text, &rest, 10));
+  if (*rest == 'x') {
+    size.noise = std::strtod(rest + 1, &rest);
+  }
+  const bool valid = *rest == '\0' && size.segments > 0 && size.noise > 0.0;
+  return valid ? std::optional(size) : std::nullopt;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -90,15 +109,16 @@ int main(int argc, char** argv) {
     threads = std::atoi(argv[2]);
     first = 3;
   }
-  const auto is_size = [](const char* text) {
-    char* rest = nullptr;
-    const bool positive = std::strtol(text, &rest, 10) > 0;
-    if (*rest == 'x') {
-      return positive && std::strtod(rest + 1, &rest) > 0.0 && *rest == '\0';
+  std::vector<Size> sizes;
+  for (int i = first; i < argc; ++i) {
+    const std::optional<Size> size = parse(argv[i]);
+    if (!size) {
+      sizes.clear();
+      break;
     }
-    return positive && *rest == '\0';
-  };
-  if (first >= argc || threads < 0 || !std::all_of(argv + first, argv + argc, is_size)) {
+    sizes.push_back(*size);
+  }
+  if (sizes.empty() || threads < 0) {
     std::fputs("usage: scaling [--threads N] SEGMENTS[xNOISE]..., like 40 98 98x100\n", stderr);
     return 2;
   }
@@ -108,12 +128,9 @@ int main(int argc, char** argv) {
   std::puts("|---|---|---|---|---|---|---|---|---|---|---|");
   Point smallest;
   Point largest;
-  for (int i = first; i < argc; ++i) {
-    char* rest = nullptr;
-    const long segments = std::strtol(argv[i], &rest, 10);
-    const double noise = *rest == 'x' ? std::strtod(rest + 1, nullptr) : 1.0;
-    largest = measure(static_cast<int>(segments), noise, threads);
-    if (i == first) {
+  for (const Size& size : sizes) {
+    largest = measure(size.segments, size.noise, threads);
+    if (&size == &sizes.front()) {
       smallest = largest;
     }
   }

@@ -158,6 +158,7 @@ TRAMMEL_INLINE AttainedError find_attained_error(const GuaranteedProblem& proble
   const EnclosedMatrix error = linalg::product_minus(noise, EnclosedMatrix(problem.information_factor),
                                                      Eigen::MatrixXd::Identity(p, p));
   const Eigen::MatrixXd bias = linalg::product(criterion, error).hi;
+  const Eigen::MatrixXd compact = linalg::compressed(bias);  // as long for every theta, in fewer rows
   AttainedError result;
   if (problem.ellipsoids.empty()) {
     result.parameters = Eigen::VectorXd::Zero(p);
@@ -168,11 +169,9 @@ TRAMMEL_INLINE AttainedError find_attained_error(const GuaranteedProblem& proble
       z.col(start) =
           factor * attained_detail::normal_vector(factor.cols(), seed, static_cast<std::uint64_t>(start));
     }
-    const Eigen::MatrixXd scaled = linalg::compressed(bias * balls->scaling);
-    result.parameters = balls->scaling * attained_detail::ascend_balls(*balls, scaled, z);
+    result.parameters = balls->scaling * attained_detail::ascend_balls(*balls, compact * balls->scaling, z);
   } else {
-    result.parameters =
-        attained_detail::ascend_general(problem, prior_factor, linalg::compressed(bias), starts, seed);
+    result.parameters = attained_detail::ascend_general(problem, prior_factor, compact, starts, seed);
   }
   const double size = attained_detail::largest_bound(problem, result.parameters);
   if (size > 1.0) {

@@ -35,8 +35,8 @@ using linalg::sum_rounded_up;
 /// Every proof begins with multipliers inflated by this much, which nobody notices: it makes room for the
 /// radii of plain arithmetic.
 inline constexpr double kFirstInflation = 1e-12;
-/// An inflation above this, and one that costs more than this share of the interval, is worth a second try
-/// with other steps if that brings it below the first share, or with more digits or in a better conditioned
+/// An inflation above this that also costs more than this share of the interval is worth a second try: with
+/// other steps if that brings it below the first share of itself, with more digits or in a better conditioned
 /// basis if that may bring it below the second.
 inline constexpr double kGoodInflation = 1e-10;
 inline constexpr double kAffordableShare = 0.2;
@@ -147,6 +147,12 @@ inline Eigen::MatrixXd with_envelope(const Workspace& work, const Envelope& enve
   return bounds;
 }
 
+/// Multipliers lambda (1 + amount) + amount step.
+struct Inflation {
+  double amount = std::numeric_limits<double>::quiet_NaN();
+  double step = 0.0;
+};
+
 /// Multipliers of all bounds and how they may grow.
 struct Weights {
   Eigen::MatrixXd bounds;   ///< stacked factors with the envelope
@@ -156,9 +162,9 @@ struct Weights {
   double count = 1.0;       ///< their number, at least one
   double affordable = 0.0;  ///< cost of an inflation that is small beside the interval
 
-  /// What inflating by `amount` adds to the upper bound.
-  [[nodiscard]] double cost(double amount, double step_size) const {
-    return amount * (total + count * step_size);
+  /// What an inflation adds to the upper bound.
+  [[nodiscard]] double cost(const Inflation& inflation) const {
+    return inflation.amount * (total + count * inflation.step);
   }
 };
 
@@ -194,12 +200,6 @@ inline Envelope make_envelope(const Workspace& work, double scale, UnboundedDire
   return envelope;
 }
 
-/// Multipliers lambda (1 + amount) + amount step.
-struct Inflation {
-  double amount = std::numeric_limits<double>::quiet_NaN();
-  double step = 0.0;
-};
-
 /// Steps tried, as shares of the even one: even growth repairs bounds without a multiplier, growth in
 /// proportion to the multipliers is cheaper where those that matter have one.
 inline constexpr std::array<double, 2> kStepShares{1.0, 0.01};
@@ -222,11 +222,11 @@ inline bool search_inflation(const MatrixInequality& inequality, const Weights& 
     const double step = share * weights.step;
     const MatrixInequality::Growth growth(inequality, step, growing);
     // As much as the best one costs.
-    const auto equal_cost = [&] { return weights.cost(best.amount, best.step) / weights.cost(1.0, step); };
+    const auto equal_cost = [&] { return weights.cost(best) / weights.cost({.amount = 1.0, .step = step}); };
     if (std::isnan(best.amount) || growth.holds_at(kWorthOtherSteps * equal_cost())) {
       best = {.amount = growth.find_inflation(), .step = step};
     }
-    if (best.amount <= kGoodInflation || weights.cost(best.amount, best.step) <= weights.affordable) {
+    if (best.amount <= kGoodInflation || weights.cost(best) <= weights.affordable) {
       return false;
     }
     may_improve =
@@ -296,7 +296,7 @@ struct Start {
   double scale = 0.0;           ///< their sum with the noise: the upper bound, if they are feasible
   double count = 1.0;           ///< number of ellipsoids, at least one
   double step = 0.0;            ///< `scale` over it
-  QuickProof::Image image;      ///< of L, empty unless that is square
+  QuickProof::Image image;      ///< of L, empty where that has no columns
   std::optional<MatrixInequality> inequality;  ///< in a basis next to L, if that is square
   bool holds = false;                          ///< it is proved: nothing has to be repaired
   UnboundedDirections unbounded;               ///< none where it holds
@@ -307,10 +307,12 @@ struct Start {
     scale = noise + multipliers.sum();
     count = static_cast<double>(std::max<Eigen::Index>(multipliers.size(), 1));
     step = scale / count;
+    if (point.prior_factor.cols() > 0) {
+      image = work.quick.image(point.prior_factor, work.stacked);
+    }
     if (std::isfinite(scale)) {
       multipliers = inflate(multipliers, {.amount = kFirstInflation, .step = step});
       if (point.prior_factor.cols() == p) {
-        image = work.quick.image(point.prior_factor, work.stacked);
         inequality.emplace(work.quick.inequality(image, work.per_row(multipliers)));
         holds = inequality->holds();
       }
@@ -369,8 +371,7 @@ inline double lower_bound(const Workspace& work, const Eigen::MatrixXd& factor,
                                 image, upper);
 }
 
-/// Makes the image of L where the start had none.
-inline double prove_lower(const Workspace& work, const CandidatePoint& point, Start& start) {
+inline double prove_lower(const Workspace& work, const CandidatePoint& point, const Start& start) {
   const Eigen::MatrixXd& factor = point.prior_factor;
   double lower = 0.0;  // an error is never negative
   const bool unbounded = start.unbounded.directions.cols() > 0;
@@ -381,9 +382,6 @@ inline double prove_lower(const Workspace& work, const CandidatePoint& point, St
         std::max(lower, lower_bound(work, extended, work.quick.image(extended, work.stacked), start.scale));
   }
   if (factor.cols() > 0 && !(unbounded && start.scale - lower < kGoodGap * start.scale)) {
-    if (start.image.product.factor.size() == 0) {
-      start.image = work.quick.image(factor, work.stacked);
-    }
     lower = std::max(lower, lower_bound(work, factor, start.image, start.scale));
   }
   return lower;
@@ -400,7 +398,7 @@ TRAMMEL_INLINE Certificate verify(const GuaranteedProblem& problem, const Candid
     return certificate;
   }
   const detail::Workspace work(problem, point.gain);
-  detail::Start start(work, point);
+  const detail::Start start(work, point);
   certificate.lower = detail::prove_lower(work, point, start);
   detail::prove_upper(work, point, start, certificate.lower, certificate);
   const std::string_view defect = arithmetic_defect();

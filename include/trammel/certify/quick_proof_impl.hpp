@@ -174,24 +174,22 @@ TRAMMEL_INLINE QuickProof::Bias QuickProof::prior_bias(const Eigen::MatrixXd& fa
 
 TRAMMEL_INLINE QuickProof::Seen QuickProof::prior_seen(const Eigen::MatrixXd& factor, bool careful) const {
   using namespace quick_proof_detail;
-  const double slack = room(factor.cols() + factor.rows());
-  const Eigen::VectorXd terms = information_transposed_.sizes_times(linalg::row_norms(factor));
   Seen result;
+  double share = plain_share(static_cast<Eigen::Index>(information_transposed_.longest()));
   if (careful) {
+    share = double_double_share(information_transposed_);
     result.rows = Eigen::MatrixXd::Zero(factor.cols(), information_transposed_.cols());
     Eigen::MatrixXd low(result.rows.rows(), result.rows.cols());
     linalg::add_sparse_product(factor.transpose(), {}, information_transposed_, linalg::ProductPart::kFull,
                                result.rows, low);
-    // The trailing part is below u of the leading one.
-    result.sizes = slack * linalg::column_norms(result.rows);
-    result.errors =
-        slack * (kUnitRoundoff * result.sizes + double_double_share(information_transposed_) * terms);
   } else {
     result.rows = linalg::sparse_product(factor.transpose(), information_transposed_);
-    result.sizes = slack * linalg::column_norms(result.rows);
-    result.errors =
-        (slack * plain_share(static_cast<Eigen::Index>(information_transposed_.longest()))) * terms;
   }
+  const double slack = room(factor.cols() + factor.rows());
+  result.sizes = slack * linalg::column_norms(result.rows);
+  // The trailing part left out is below u of the leading one.
+  result.errors = slack * (share * information_transposed_.sizes_times(linalg::row_norms(factor)) +
+                           kUnitRoundoff * result.sizes);
   result.errors.array() += kUnderflow;
   return result;
 }

@@ -26,7 +26,7 @@ inline constexpr double kAnchor = 0x1.8p52;
 
 /// Bits of both factors, such that sums of n products of them are exact.
 struct Bits {
-  int leading = kLeadingBits;
+  int leading = 0;
   int coarse = 0;
 
   explicit Bits(Eigen::Index n) {

@@ -159,7 +159,7 @@ TRAMMEL_INLINE bool InteriorPoint::reject_prediction() {
   constexpr double kLongEnough = 0.9;
   constexpr double kGoodDecrement = 2.0;
   constexpr double kPoorDecrement = 4.0;
-  // Near the centre a residual that the linear solver left is smaller than what a shorter step would cost.
+  // Near the centre the next step removes what the linear solver left: no reason to go back.
   const bool bad = decrement_ > kTooFar || (!system_.converged() && decrement_ > kGoodDecrement);
   if (bad && used_shrink_ < kLongEnough) {
     used_shrink_ = std::min(kLongEnough, std::sqrt(used_shrink_));

@@ -27,7 +27,7 @@ namespace trammel::inline TRAMMEL_ABI::minimax {
 ///    it); on the rest T stays orthogonal (exact for mu D).
 /// The diagonal mu n_i n_j + q_i g_j + g_i q_j of what remains, with the s rank-one terms by the Woodbury
 /// formula, is the preconditioner: 2 to 10 steps suffice, also where the optimal V is nearly singular; up to
-/// 200 near the end where the range of V has no clear edge.
+/// 400 near the end where the range of V has no clear edge.
 /// y is carried as an unknown of its own, and the residual as a pair (R, rho): near the end w_l is so large
 /// that w_l <h_l, D> and R + sum rho_l h_l would keep no digits.
 /// Up to kDenseLimit parameters the p(p+1)/2 equations are solved directly.

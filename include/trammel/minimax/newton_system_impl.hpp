@@ -281,7 +281,7 @@ TRAMMEL_INLINE void NewtonSystem::bound_products(const Eigen::MatrixXd& X, Eigen
 
 TRAMMEL_INLINE double NewtonSystem::solve(const Eigen::MatrixXd& rhs, const Eigen::VectorXd& rho,
                                           Tolerance tolerance, Eigen::MatrixXd& D, Eigen::VectorXd& y) {
-  constexpr int kMostSteps = 400;  // twice what the hardest cases take
+  constexpr int kMostSteps = 400;  // the hardest cases take most of them
   work_.noalias() = rhs * T_;
   residual_.noalias() = T_.transpose() * work_;
   detail::symmetrise(residual_);
